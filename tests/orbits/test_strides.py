@@ -13,10 +13,12 @@ import pytest
 from phichain.continuation import core
 from phichain.continuation.compiled import strides
 from phichain.continuation.correctors import pseudo_arclength
+from phichain.continuation.point import point_at
 from phichain.emit.stencil import stencils_folder
 from phichain.native.flows.brake import Brake
-from phichain.orbits import trace
+from phichain.orbits import linear_modes, quarter_problem, trace
 from phichain.orbits.shooting import settings
+from phichain.orbits.symmetry import tests_of
 from tests.emit.test_stencil import STRICT
 from tests.orbits.shot import uniform
 
@@ -59,6 +61,24 @@ def test_zeros_on_the_way_are_those_of_who_looks_at_each(monkeypatch: pytest.Mon
         assert (ours.kind, ours.index) == (theirs.kind, theirs.index)
         assert ours.z == pytest.approx(theirs.z, rel=1e-14, abs=1e-14) and ours.arclength == pytest.approx(theirs.arclength, rel=1e-14)
         assert ours.multipliers == pytest.approx(theirs.multipliers, rel=1e-12, abs=1e-12) and ours.value == pytest.approx(theirs.value, abs=1e-13)
+
+
+def test_functions_vanish_where_it_is_told() -> None:
+    """Asked once more at the very place of each event, away from the cover where they are rounding: what is left of its function, in its slope per unit of arclength."""
+    system = uniform(2)
+    branch, modes = trace(system, 1, until="theta_1=-2.5"), linear_modes(system)
+    problem = quarter_problem(system, omega=modes.omega[0], shape=modes.shapes[:, 0])
+    tests = {test.name: test for test in tests_of(problem, 0, 2)}
+    cover = next(event.arclength for event in branch.events if event.kind.startswith("cover"))
+    events = [event for event in branch.events if event.kind in tests and abs(event.arclength - cover) > 0.1]
+    assert len(events) > 9
+    for event in events:
+        k = int(np.searchsorted(branch.arclength, event.arclength))
+        places = event.z, branch.points[k - 1], branch.points[k]
+        along = branch.tangent[k] / problem.sizes
+        left, before, after = (tests[event.kind].value(problem, point_at(problem, z / problem.sizes, along, 0.0, 0)) for z in places)
+        slope = abs(after - before) / (branch.arclength[k] - branch.arclength[k - 1])
+        assert before * after < 0 and abs(left) < 2e-12 * slope, event.kind
 
 
 def test_a_run_that_is_broken_off_keeps_what_it_has(monkeypatch: pytest.MonkeyPatch) -> None:
