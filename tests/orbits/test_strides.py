@@ -16,9 +16,8 @@ from phichain.continuation.correctors import pseudo_arclength
 from phichain.continuation.point import point_at
 from phichain.emit.stencil import stencils_folder
 from phichain.native.flows.brake import Brake
-from phichain.orbits import linear_modes, quarter_problem, trace
+from phichain.orbits import linear_modes, quarter_problem, symmetry, trace
 from phichain.orbits.shooting import settings
-from phichain.orbits.symmetry import tests_of
 from tests.emit.test_stencil import STRICT
 from tests.orbits.shot import uniform
 
@@ -68,7 +67,7 @@ def test_functions_vanish_where_it_is_told() -> None:
     system = uniform(2)
     branch, modes = trace(system, 1, until="theta_1=-2.5"), linear_modes(system)
     problem = quarter_problem(system, omega=modes.omega[0], shape=modes.shapes[:, 0])
-    tests = {test.name: test for test in tests_of(problem, 0, 2)}
+    tests = {test.name: test for test in symmetry.tests_of(problem, 0, 2)}
     cover = next(event.arclength for event in branch.events if event.kind.startswith("cover"))
     events = [event for event in branch.events if event.kind in tests and abs(event.arclength - cover) > 0.1]
     assert len(events) > 9

@@ -228,7 +228,7 @@ class _Run:
             self._take(new, values, self._sigma(new, values))
             self.step = step
             return
-        found, cut = locate(self.problem, last, new, self.tests, self.engine, index, (self.values, values), self.seen[-_SEEN:], taken.singular)
+        found, cut = locate(self.problem, last, new, self.tests, self.engine, index, (self.values, values), self.seen[-_SEEN:])
         sigma = self._sigma(new, values)
         gap = self._gap(new, sigma) if cut is None else None
         if gap is not None and gap.width <= max(self.through, gaps.NARROW) and self._cross(gap):

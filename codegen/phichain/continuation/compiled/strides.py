@@ -9,7 +9,7 @@ from phichain.continuation import correctors, predictors
 from phichain.continuation.compiled.protocol import Met, Seen, Watch
 from phichain.continuation.engine import Engine
 from phichain.continuation.events import TestFunction, watch_of
-from phichain.continuation.met.passage import crossing
+from phichain.continuation.met.passage import is_crossed_smoothly
 from phichain.continuation.met.specials import Special
 from phichain.continuation.point import Point
 from phichain.continuation.problem import Problem
@@ -29,7 +29,6 @@ class Stride(NamedTuple):
         values: The test functions there, None where nobody has asked; NaN of those that a compiled problem does not know.
         is_plain: Whether it is known that no test function vanishes before it but at what was met, that no gap lies there, and not the start of the run.
         met: Zeros of test functions before it, where it is plain.
-        singular: Where [J; t] is singular before it, roughly, where that is known.
         is_clear: Whether it is known that the step before has no zeros but those that signs show.
     """
 
@@ -39,7 +38,6 @@ class Stride(NamedTuple):
     is_plain: bool = False
     met: Sequence[Met] = ()
     is_clear: bool = False
-    singular: float | None = None
 
 
 class Behind(NamedTuple):
@@ -89,13 +87,11 @@ def strides(problem: Problem, behind: Behind, engine: Engine, watch: Sequence[Wa
         if ran.stopped == "sign":
             *kept, doubtful = found
             before = kept[-1].point if kept else last
-            is_smooth, singular = crossing(problem, before, doubtful.point, engine)
-            if not is_smooth:
+            if not is_crossed_smoothly(problem, before, doubtful.point, engine):
                 if not kept:
                     step = 0.5 * ran.tried
                     continue
                 return [*kept[:-1], kept[-1]._replace(step=0.5 * ran.tried)]
-            found[-1] = doubtful._replace(singular=singular)
         if ran.stopped in ("sign", "met"):
             found[-1] = found[-1]._replace(is_plain=False, is_clear=not ran.is_doubtful)
         ending = {"small": StepTooSmallError, "interrupted": KeyboardInterrupt}.get(ran.stopped)

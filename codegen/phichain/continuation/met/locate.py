@@ -50,7 +50,6 @@ def locate(
     index: int,
     ends: tuple[Sequence[float], Sequence[float]] | None = None,
     before: Sequence[tuple[Point, Sequence[float]]] = (),
-    singular: float | None = None,
 ) -> tuple[list[Special], Point | None]:
     """The events between two successive points.
 
@@ -66,7 +65,6 @@ def locate(
         index: Index of `a` in its branch.
         ends: Their values at a and at b, where these are known.
         before: The points before a, in order, with their values there.
-        singular: Where [J; t] is singular between them, roughly, where that is known.
 
     Returns:
         The events in order, none after a terminal one; and the point of the terminal one, or None.
@@ -81,7 +79,7 @@ def locate(
     if not crossed:
         return [], None
     earlier = tuple(point for point, _ in before)
-    between = way_between(problem, a, b, [test for test, _, _ in crossed], engine, earlier, singular)
+    between = way_between(problem, a, b, [test for test, _, _ in crossed], engine, earlier)
 
     def add(test: TestFunction, at: Point, left: float) -> None:
         special = Special(test.name, index, at.z(problem), at.arclength, left, at.multipliers)
@@ -118,16 +116,16 @@ def _is_end(problem: Problem, test: TestFunction, at: Point) -> bool:
 
 
 def way_between(
-    problem: Problem, a: Point, b: Point, crossed: Sequence[TestFunction], engine: Engine, earlier: Sequence[Point], known: float | None = None
+    problem: Problem, a: Point, b: Point, crossed: Sequence[TestFunction], engine: Engine, earlier: Sequence[Point]
 ) -> Curve:
-    """The curve between two points, whatever lies there; where it is singular may be known roughly."""
+    """The curve between two points, whatever lies there."""
     singular = next((test for test in crossed if isinstance(test, BranchPoint)), None)
     if singular is None:
         return curve(problem, a, b, _trusting(engine), earlier)
     beside = curve(problem, a, b, loosened(engine), earlier)
     # Close to the place Newton stalls, and a neighbourhood need not be centred better than this.
     spacing = max(_ROUGH, _FIRST * half_width(a, b) / (1 + b.arclength))
-    rough = _root(problem, a, b, singular, beside, spacing)[0].arclength if known is None else known
+    rough = _root(problem, a, b, singular, beside, spacing)[0].arclength
     first = Through(problem, rough, beside)
     # Once more from the better centre where the rough one, at which Newton stalls, is off.
     centre = _root(problem, a, b, singular, first, spacing)[0].arclength

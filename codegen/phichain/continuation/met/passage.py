@@ -30,12 +30,7 @@ class _JumpedError(Exception):
 
 
 def is_crossed_smoothly(problem: Problem, a: Point, b: Point, engine: Engine) -> bool:
-    """False when det [J; t^T] has another sign at `b` than at `a` without vanishing: b is on another branch."""
-    return crossing(problem, a, b, engine)[0]
-
-
-def crossing(problem: Problem, a: Point, b: Point, engine: Engine) -> tuple[bool, float | None]:
-    """Whether det [J; t^T] vanishes wherever it changes its sign between two points, and at what arclength; None where it does not change it.
+    """False when det [J; t^T] has another sign at `b` than at `a` without vanishing: b is on another branch.
 
     At a branch point the determinant crosses zero linearly and the curve goes on: close to the zero, on both sides,
     the corrector converges and finds values as small as the distance. Where a step jumped from one branch to its
@@ -44,7 +39,7 @@ def crossing(problem: Problem, a: Point, b: Point, engine: Engine) -> tuple[bool
     test = BranchPoint()
     ends = test.value(problem, a), test.value(problem, b)
     if ends[0] * ends[1] >= 0:
-        return True, None
+        return True
     step, largest = b.arclength - a.arclength, max(abs(end) for end in ends)
     width, between = NEIGHBOURHOOD * step, curve(problem, a, b, loosened(engine))
     known = {a.arclength: ends[0], b.arclength: ends[1]}
@@ -60,7 +55,7 @@ def crossing(problem: Problem, a: Point, b: Point, engine: Engine) -> tuple[bool
     try:
         zero = zero_between(of, a.arclength, b.arclength, ends, 0.1 * width)
     except _JumpedError:
-        return False, None
+        return False
     sides = [between(float(np.clip(zero + d, a.arclength, b.arclength))) for d in (-width, width)]
     small = 5 * NEIGHBOURHOOD * largest
-    return all(side.residual < SOLVED and abs(test.value(problem, side)) <= small for side in sides), zero
+    return all(side.residual < SOLVED and abs(test.value(problem, side)) <= small for side in sides)
