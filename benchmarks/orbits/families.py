@@ -146,6 +146,9 @@ class _NotedBrake:
     def zero(self, *words: Any) -> Any:
         return self._told(self._brake.zero(*words))
 
+    def places(self, *words: Any) -> Any:
+        return self._told(self._brake.places(*words))
+
     def _told(self, found: Any) -> Any:
         asked = self._brake.asked
         assert self._brake.desk["evaluations"] == len(asked)  # none is left out

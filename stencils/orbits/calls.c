@@ -7,6 +7,7 @@ int phi_brake_settled(CONTEXT const phi_flow *begun, brake_desk *desk);
 int phi_brake_ahead(CONTEXT const phi_flow *begun, brake_desk *desk);
 int phi_brake_run(CONTEXT const phi_flow *begun, brake_desk *desk);
 int phi_brake_zero(CONTEXT const phi_flow *begun, brake_desk *desk);
+int phi_brake_places(CONTEXT const phi_flow *begun, brake_desk *desk);
 
 /* The orbit at desk->guess, whether it closes or not; 0 where the chain cannot be followed. */
 int phi_brake_at(CONTEXT const phi_flow *begun, brake_desk *desk)
@@ -34,8 +35,9 @@ int phi_brake_corrected(CONTEXT const phi_flow *begun, brake_desk *desk)
 /* The same orbit as at desk->guess, with what Newton still finds to be wrong with it taken off: its columns stay, which are as good. */
 int phi_brake_settled(CONTEXT const phi_flow *begun, brake_desk *desk)
 {
+    phi_real length;
     desk->evaluations = 0;
-    return brake_settle(PASS begun, desk);
+    return brake_settle(PASS begun, desk, &length);
 }
 
 /* desk->guess at a distance desk->place along desk->axis, by the orbits that are known; how many of them served comes back. */
@@ -84,10 +86,11 @@ int phi_brake_ahead(CONTEXT const phi_flow *begun, brake_desk *desk)
     return brake_stride(PASS begun, desk, desk->place, 0);
 }
 
-/* The next orbits, one after the other, as many as are wanted or until one that somebody has to look at; how many of them comes back. */
+/* The next orbits, one after the other, as many as are wanted or until one that somebody has to look at; how many of them comes back. Zeros of test
+ * functions that a run passes are located on the way, and told as events. */
 int phi_brake_run(CONTEXT const phi_flow *begun, brake_desk *desk)
 {
-    desk->evaluations = desk->taken = 0;
+    desk->evaluations = desk->taken = desk->met = 0;
     enum run_stop stopped = RUN_ON;
     while (stopped == RUN_ON && desk->taken < desk->wanted && desk->taken < DESK_ROWS && desk->evaluations < RUN_EVALUATIONS) {
         phi_real next = 0;
@@ -100,31 +103,43 @@ int phi_brake_run(CONTEXT const phi_flow *begun, brake_desk *desk)
             desk->step *= stopped == RUN_SMALL ? 0.5 : 1;
         }
         if (stopped != RUN_SMALL) {
-            stopped = run_taken(desk, next, stopped);
+            run_taken(desk, next);
+            stopped = met_judged(PASS begun, desk, stopped);
+            desk->step = stopped == RUN_TURNED ? desk->step : next;
+            desk->taken += 1;
         }
     }
     desk->stopped = stopped;
     return (int)desk->taken;
 }
 
-/* The orbit between two others at which a test function vanishes (`zero.c`), settled where that is wanted; 0 where it was not found so. */
+/* The orbit between two others at which a test function vanishes (`zero.c`), settled where that is wanted; 0 where it was not found so. Of desk->tried orbits
+ * desk->taken is that of the zero, desk->stopped that of its neighbour or -1, -2 for an end, and desk->place where the zero is. */
 int phi_brake_zero(CONTEXT const phi_flow *begun, brake_desk *desk)
 {
+    zero_told told;
     desk->evaluations = 0;
-    if (!zero_between(PASS begun, desk)) {
+    if (!zero_between(PASS begun, desk, desk->watch[0], &told)) {
         return 0;
     }
-    brake_row *row = &desk->rows[(int)desk->taken];
-    const int count = (int)row->orbit.taken;
-    const phi_real last = count > 0 ? row->orbit.corrections[count - 1] : 0;
-    if (desk->line_settle > 0 && !(row->orbit.is_whole > 0 && last <= ZERO_SETTLED)) {
-        memcpy(desk->guess, row->orbit.y, sizeof desk->guess);
-        memcpy(desk->normal, row->orbit.tangent, sizeof desk->normal);
-        if (!brake_settle(PASS begun, desk)) {
-            return 0;
-        }
-        row->orbit = desk->orbit;
-        row->values[0] = run_value(desk, desk->watch[0]);
-    }
+    desk->taken = told.at;
+    desk->stopped = told.other;
+    desk->place = told.place;
     return 1;
+}
+
+/* Where the curve has desk->placed's arclengths between the ends of the line, nothing else of the orbits there; 0 where Newton did not get to all. */
+int phi_brake_places(CONTEXT const phi_flow *begun, brake_desk *desk)
+{
+    int is_reached = 1;
+    desk->evaluations = 0;
+    desk->is_place = 1;
+    for (int i = 0; i < DESK_SHAPE && is_reached; ++i) {
+        zero_guess(desk, desk->placed[i][0]);
+        brake_correct(PASS begun, desk, 0);
+        is_reached = desk->orbit.converged > 0;
+        memcpy(desk->placed[i] + 1, desk->orbit.y, sizeof desk->orbit.y);
+    }
+    desk->is_place = 0;
+    return is_reached;
 }

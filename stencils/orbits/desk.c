@@ -5,11 +5,15 @@ enum {
     DESK_ALL = PHI_Q + 1,
     DESK_KNOWN = 8,         /* places that a curve is touched at */
     DESK_CORRECTIONS = 16,  /* that are told */
-    DESK_ASKED = 256,       /* evaluations that are told */
+    DESK_ASKED = 1024,      /* evaluations that are told */
     DESK_WATCHED = 24,      /* test functions */
-    DESK_ROWS = 16,         /* orbits of one call */
+    DESK_ROWS = 32,         /* orbits of one call */
+    DESK_TRIES = 16,        /* orbits on the way to a zero */
+    DESK_EVENTS = 24,       /* zeros of one call */
+    DESK_ZEROS = 16,        /* zeros of one step */
     DESK_LINE = 24,         /* places of a curve that is known between two points */
-    DESK_OUTSIDE = 4        /* values outside a bracket */
+    DESK_OUTSIDE = 4,       /* values outside a bracket */
+    DESK_SHAPE = 8          /* places beside one where [J; t] is singular, and coefficients of the polynomial through them */
 };
 
 /* What is known of one orbit: y = (q_0, omega) / scale. */
@@ -29,9 +33,14 @@ typedef struct brake_row {
     brake_orbit orbit;
 } brake_row;
 
+/* The zero of a test function that a run met: before which of its rows, which function, what is left of it, and the orbit there. */
+typedef struct brake_event {
+    phi_real before, which, arclength, left, y[DESK_ALL], folded[DESK_LINKS * DESK_LINKS];
+} brake_event;
+
 typedef struct brake_desk {
     phi_real scale[DESK_ALL], tolerance, rough, most_steps;     /* of the problem: sizes, the flow's tolerances and its budget */
-    phi_real tol, trust, most_corrections;                      /* of Newton's iteration */
+    phi_real tol, trust, most_corrections, is_place;            /* of Newton's iteration; whether the place alone is wanted, and no columns there */
     phi_real guess[DESK_ALL], normal[DESK_ALL];                 /* where it begins, and across what it stays */
     phi_real count, place, axis[DESK_ALL], known[DESK_KNOWN][2][DESK_ALL]; /* of the curve: places and tangents */
     phi_real before_jacobian[DESK_Q][DESK_ALL], before_tangent[DESK_ALL];  /* of the orbit before */
@@ -41,12 +50,18 @@ typedef struct brake_desk {
     phi_real transition[2 * DESK_Q * 2 * DESK_LINKS], rates[DESK_Q], steps; /* of the last evaluation with columns */
     phi_real step, step_min, step_max, max_angle, aim_angle, max_change, wanted; /* of a run: the step to try, its limits, and how many orbits */
     phi_real since, start[2][DESK_ALL];                         /* orbits since the run's start, and that with its tangent */
-    phi_real watched, watch[DESK_WATCHED][4];                   /* test functions: what, which, less how much, and how it may dip */
+    phi_real watched, watch[DESK_WATCHED][5];                   /* test functions: what, which, less how much, how it may dip, whether a run passes its zeros */
     phi_real seen, at[DESK_KNOWN], values[DESK_KNOWN][DESK_WATCHED], sigmas[DESK_KNOWN]; /* of the places known: how many have values; arclength, values, sigma */
-    phi_real taken, stopped;                                    /* told: how many orbits, and why no more */
+    phi_real zero_count, zeros[DESK_ZEROS][2];                  /* known in the last step: of which test function, and where */
+    phi_real taken, stopped, doubtful, met;                     /* told: how many orbits, why no more, whether more than signs show may lie in the last step but one, and how many zeros on the way */
     brake_row rows[DESK_ROWS];
+    brake_event events[DESK_EVENTS];
+    phi_real tried;                                             /* told: how many orbits on the way to a zero */
+    brake_row tries[DESK_TRIES];
     phi_real line_count, line_at[DESK_LINE], line[DESK_LINE][2][DESK_ALL]; /* of a curve: places and tangents in order, its two ends before them */
     phi_real line_values[2], outside_count, outside[DESK_OUTSIDE][2];      /* of a test function: values at the ends; places beyond, and values */
+    phi_real placed[DESK_SHAPE][DESK_ALL + 1];                   /* places of a curve that are wanted: arclengths, and told */
+    phi_real shape_centre, shape_half, shape[DESK_SHAPE][DESK_ALL]; /* the polynomial over (s - centre) / half that the curve is there; none where half is 0 */
     phi_real line_spacing, line_near, line_settle, line_regular; /* how far off the zero may be; how far from an orbit that is told; |sigma| below which no other is guessed from it */
 } brake_desk;
 

@@ -160,9 +160,13 @@ static void brake_correct(CONTEXT const phi_flow *begun, brake_desk *desk, const
         expected = bend * length * (stale + length);
         stale += length;
         if (is_whole) {
-            expected = length <= desk->tol * scale ? 0 : expected;
+            expected = length <= desk->tol * scale && !(desk->is_place > 0) ? 0 : expected;
         } else if (is_coarse) {
             expected = expected > BRAKE_FLOOR * rough ? expected : BRAKE_FLOOR * rough;
+        }
+        if (desk->is_place > 0 && expected <= BRAKE_LEFT * scale) {
+            orbit->converged = 1;
+            break;
         }
         const int is_stale = bend * stale > BRAKE_FRESH;
         if (is_whole || is_growing || expected <= BRAKE_LEFT * scale || (is_stale && length <= BRAKE_FAR)) {

@@ -1,5 +1,4 @@
-/* A run along a family: how far a step may go (`continuation/steps.py` says the same of other curves), and which orbits somebody has to
- * look at, because an event may lie before them. */
+/* A run along a family: how far a step may go (`continuation/steps.py` says the same of other curves), and what is told of an orbit. */
 enum run_stop {
     RUN_ON,     /* nothing on the way */
     RUN_MET,    /* the last orbit is to be looked at: a test function, a gap, or the start may lie before it */
@@ -13,10 +12,9 @@ enum run_what { RUN_TANGENT, RUN_UNKNOWN, RUN_ANGLE, RUN_ENERGY, RUN_SIGMA, RUN_
 #define RUN_LONGER 2.2   /* length of a step, in that of the one before, above which it is such a leap */
 #define RUN_GROWING 4.0  /* how far such a place may be, in steps, while they grow */
 #define RUN_SHRINKING 12.0
-#define RUN_BENT 4.0     /* how many times as far as it bent on the way to a step a function may bend within it */
 #define RUN_SHORTEST 4   /* orbits of a loop */
 #define RUN_WIDEST 1e-2  /* half widths of gaps */
-#define RUN_EVALUATIONS (DESK_ASKED - 64)
+#define RUN_EVALUATIONS (DESK_ASKED - 512)
 
 /* The largest |kappa|, dV . t, and how steep the potential is at the rest. */
 static void brake_turns(brake_desk *desk)
@@ -61,8 +59,9 @@ static int brake_whole(CONTEXT const phi_flow *begun, brake_desk *desk)
     return 1;
 }
 
-/* The orbit at desk->guess, with what Newton still finds to be wrong with it taken off: its columns stay, which are as good. */
-static int brake_settle(CONTEXT const phi_flow *begun, brake_desk *desk)
+/* The orbit at desk->guess, with what Newton still finds to be wrong with it taken off: its columns stay, which are as good. Its size comes back in `length`;
+ * where that is too large nothing is taken off. */
+static int brake_settle(CONTEXT const phi_flow *begun, brake_desk *desk, phi_real *length)
 {
     phi_real left[brake_all];
     memcpy(desk->orbit.y, desk->guess, sizeof desk->orbit.y);
@@ -70,7 +69,8 @@ static int brake_settle(CONTEXT const phi_flow *begun, brake_desk *desk)
         return 0;
     }
     brake_found(PASS desk);
-    if (brake_left(desk, left) <= BRAKE_SETTLED) {
+    *length = brake_left(desk, left);
+    if (*length <= BRAKE_SETTLED) {
         for (int i = 0; i < brake_all; ++i) {
             desk->orbit.y[i] += left[i];
         }
@@ -108,7 +108,7 @@ static enum run_stop run_judged(brake_desk *desk, phi_real *next)
 }
 
 /* A test function at desk->orbit. */
-static phi_real run_value(const brake_desk *desk, const phi_real watch[4])
+static phi_real run_value(const brake_desk *desk, const phi_real watch[5])
 {
     const brake_orbit *orbit = &desk->orbit;
     const int which = (int)watch[1];
@@ -133,31 +133,6 @@ static phi_real run_value(const brake_desk *desk, const phi_real watch[4])
     case RUN_KAPPA: return orbit->largest_kappa - watch[2];
     default: return (phi_real)NAN;
     }
-}
-
-/* Whether a function that has one sign at both ends of the step before the last one may come down to zero within it (`met/dips.py`). */
-static int run_may_dip(const brake_desk *desk, const int k)
-{
-    const int last = (int)desk->count - 1, b = last - 1, a = last - 2;
-    const phi_real first = desk->values[a][k], after = desk->values[b][k], length = desk->at[b] - desk->at[a];
-    if (!(desk->watch[k][3] > 0 && first * after > 0)) {
-        return 0;
-    }
-    const phi_real slope = (after - first) / length;
-    phi_real bent = 0;
-    if (desk->seen > 3) {
-        bent = fabs(slope - (first - desk->values[a - 1][k]) / (desk->at[a] - desk->at[a - 1])) / (desk->at[b] - desk->at[a - 1]);
-    }
-    const phi_real behind = fabs(slope - (desk->values[last][k] - after) / (desk->at[last] - desk->at[b])) / (desk->at[last] - desk->at[a]);
-    bent = behind > bent ? behind : bent;
-    phi_real deep = bent * length * length / 4;
-    if (desk->watch[k][3] > 1) {
-        /* The mean of a slope is known from both its ends. */
-        const int i = (int)desk->watch[k][1];
-        const phi_real off = 1.5 * fabs((desk->known[b][0][i] - desk->known[a][0][i]) / length - (first + after) / 2);
-        deep = off > deep ? off : deep;
-    }
-    return (fabs(first) < fabs(after) ? fabs(first) : fabs(after)) < RUN_BENT * deep;
 }
 
 /* Whether the branch may have turned away from a gap at the last orbit but one: sigma is least there, and a parabola of its square says so. */
@@ -187,8 +162,8 @@ static int run_is_closed(const brake_desk *desk)
     return desk->since >= RUN_SHORTEST && along > 0 && behind < 0 && beyond >= 0;
 }
 
-/* desk->orbit as the next one of the run, told in a row; whether somebody has to look at it comes back, which may be known already. */
-static enum run_stop run_taken(brake_desk *desk, const phi_real next, enum run_stop stopped)
+/* desk->orbit as the next one of the run, told in a row, with the step to try behind it. */
+static void run_taken(brake_desk *desk, const phi_real next)
 {
     brake_row *row = &desk->rows[(int)desk->taken];
     int last = (int)desk->count - 1;
@@ -213,18 +188,6 @@ static enum run_stop run_taken(brake_desk *desk, const phi_real next, enum run_s
     desk->sigmas[last] = desk->orbit.sigma;
     desk->since += 1;
     for (int k = 0; k < (int)desk->watched; ++k) {
-        const phi_real before = desk->values[last - 1][k], own = run_value(desk, desk->watch[k]);
-        row->values[k] = desk->values[last][k] = own;
-        const int is_crossed = before * own < 0 || (!(own < 0 || own > 0) && (before < 0 || before > 0));
-        /* Of what is not known here somebody else takes care. */
-        if (stopped == RUN_ON && desk->watch[k][0] >= 0 && (is_crossed || (desk->seen > 2 && run_may_dip(desk, k)))) {
-            stopped = RUN_MET;
-        }
+        row->values[k] = desk->values[last][k] = run_value(desk, desk->watch[k]);
     }
-    if (stopped == RUN_ON && (run_may_turn(desk) || run_is_closed(desk) || !(desk->orbit.is_told > 0))) {
-        stopped = RUN_MET;
-    }
-    desk->step = stopped == RUN_TURNED ? desk->step : next;
-    desk->taken += 1;
-    return stopped;
 }

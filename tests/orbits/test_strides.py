@@ -10,10 +10,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from phichain.continuation import core
+from phichain.continuation.compiled import strides
 from phichain.continuation.correctors import pseudo_arclength
+from phichain.continuation.point import point_at
 from phichain.emit.stencil import stencils_folder
 from phichain.native.flows.brake import Brake
-from phichain.orbits import trace
+from phichain.orbits import linear_modes, quarter_problem, symmetry, trace
 from phichain.orbits.shooting import settings
 from tests.emit.test_stencil import STRICT
 from tests.orbits.shot import uniform
@@ -40,16 +43,56 @@ def test_they_are_those_of_one_by_one(links: int, mode: int, until: str, more: d
         assert ours.z == pytest.approx(theirs.z, rel=3e-10, abs=3e-10), ours.kind
 
 
+def test_zeros_on_the_way_are_those_of_who_looks_at_each(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What a run locates by itself, beside the same run whose every crossing is located from outside: the same calls of the flow lead there, and twelve digits of
+    multipliers. From outside only the end is asked for, and what is singular."""
+    system, zero, asked = uniform(2), Brake.zero, []
+    monkeypatch.setattr(Brake, "zero", lambda self, *words: asked.append(words[3].what) or zero(self, *words))
+    within = trace(system, 1, until="theta_1=-2.5")
+    alone, asked[:] = set(asked), []
+    watched = strides.watched
+    monkeypatch.setattr(core, "watched", lambda *words: [watch._replace(passes=False) for watch in watched(*words) or ()])
+    outside = trace(system, 1, until="theta_1=-2.5")
+    assert {"brake loss", "odd loss", "unequal brakes", "energy slope", "tangent"} <= set(asked)
+    assert "unequal brakes" not in alone
+    assert within.points.tolist() == outside.points.tolist() and len(within.events) == len(outside.events) > 12
+    for ours, theirs in zip(within.events, outside.events, strict=True):
+        assert (ours.kind, ours.index) == (theirs.kind, theirs.index)
+        assert ours.z == pytest.approx(theirs.z, rel=1e-14, abs=1e-14) and ours.arclength == pytest.approx(theirs.arclength, rel=1e-14)
+        assert ours.multipliers == pytest.approx(theirs.multipliers, rel=1e-12, abs=1e-12) and ours.value == pytest.approx(theirs.value, abs=1e-13)
+
+
+def test_functions_vanish_where_it_is_told() -> None:
+    """Asked once more at the very place of each event, away from the cover where they are rounding: what is left of its function, in its slope per unit of arclength."""
+    system = uniform(2)
+    branch, modes = trace(system, 1, until="theta_1=-2.5"), linear_modes(system)
+    problem = quarter_problem(system, omega=modes.omega[0], shape=modes.shapes[:, 0])
+    tests = {test.name: test for test in symmetry.tests_of(problem, 0, 2)}
+    cover = next(event.arclength for event in branch.events if event.kind.startswith("cover"))
+    events = [event for event in branch.events if event.kind in tests and abs(event.arclength - cover) > 0.1]
+    assert len(events) > 9
+    for event in events:
+        k = int(np.searchsorted(branch.arclength, event.arclength))
+        places = event.z, branch.points[k - 1], branch.points[k]
+        along = branch.tangent[k] / problem.sizes
+        left, before, after = (tests[event.kind].value(problem, point_at(problem, z / problem.sizes, along, 0.0, 0)) for z in places)
+        slope = abs(after - before) / (branch.arclength[k] - branch.arclength[k - 1])
+        assert before * after < 0 and abs(left) < 2e-12 * slope, event.kind
+
+
 def test_a_run_that_is_broken_off_keeps_what_it_has(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Ctrl-C while C is in the middle of sixteen orbits: those before it are kept, and the rest is that of a whole run to the last bit."""
+    """Ctrl-C while C is in the middle of many orbits: those before it are kept, and the rest is that of a whole run to the last bit."""
     system, until = uniform(2), "theta_1=1.5"
     whole, calls = trace(system, 1, until=until), []
     run = Brake.run
 
     def broken(self: Brake, *words: Any) -> Any:
-        found, stopped, step = run(self, *words)
-        calls.append(len(found))
-        return (found[:-1], "interrupted", step) if len(calls) == 2 else (found, stopped, step)
+        found = run(self, *words)
+        calls.append(len(found.rows))
+        if len(calls) != 2:
+            return found
+        kept = found.rows[:-1]
+        return found._replace(rows=kept, events=[event for event in found.events if event.before < len(kept)], stopped="interrupted")
 
     monkeypatch.setattr(Brake, "run", broken)
     part = trace(system, 1, until=until)

@@ -14,19 +14,19 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from phichain.continuation.branch import Branch
-from phichain.continuation.compiled.strides import Behind, Stride, strides, watched
+from phichain.continuation.compiled.strides import Behind, Stride, strides, watched, zeros_in
 from phichain.continuation.engine import Engine
 from phichain.continuation.events import BranchPoint, Fold, TestFunction
 from phichain.continuation.met import gaps
 from phichain.continuation.met.locate import locate, values_at
 from phichain.continuation.met.pairs import pairs_of
 from phichain.continuation.met.passage import NARROW
-from phichain.continuation.met.specials import Passage, Special, is_passed, is_same
+from phichain.continuation.met.specials import Passage, Special, is_same
 from phichain.continuation.point import Point, tangent_of
 from phichain.continuation.predictors import TOUCHED
 from phichain.continuation.problem import Problem
 from phichain.continuation.record import demand_unknowns, joined, point_of, record
-from phichain.continuation.steps import StepTooSmallError
+from phichain.continuation.steps import StepTooSmallError, is_closed
 from phichain.errors import ConvergenceError
 from phichain.system import Vector
 
@@ -194,7 +194,8 @@ class _Run:
         if not self.queue:
             last = self.points[-_REMEMBERED:]
             values = [row for _, row in self.seen[1 - _REMEMBERED :]] + [self.values]
-            behind = Behind(last, self.sigma[-_REMEMBERED:], values, self.step, self._since, self.start)
+            zeros = zeros_in(self.points[-2:], self.tests, (*self.known, *self.specials))
+            behind = Behind(last, self.sigma[-_REMEMBERED:], values, self.step, self._since, self.start, zeros)
             self.queue = strides(self.problem, behind, self.engine, self.watch, most)
         found = self.queue.pop(0)
         if isinstance(found, BaseException):
@@ -221,20 +222,20 @@ class _Run:
                 raise
             return
         new, step, values = taken.point, taken.step, self._values(taken)
-        # Where something was met in the step before, more may lie in it than signs show, which is seen from behind it alone.
-        has_met = len(self.points) > 1 and bool(self.specials) and self.specials[-1].arclength > self.points[-2].arclength
-        if taken.is_plain and not self.unknown and not has_met:
+        index, sizes = self.offset + len(self.points) - 1, self.problem.sizes
+        if taken.is_plain and not self.unknown:
+            found = [Special(self.tests[met.test].name, index, met.y * sizes, met.arclength, met.value, met.multipliers) for met in taken.met]
+            self.specials += sorted(found, key=lambda event: event.arclength)
             self._take(new, values, self._sigma(new, values))
             self.step = step
             return
-        index = self.offset + len(self.points) - 1
         found, cut = locate(self.problem, last, new, self.tests, self.engine, index, (self.values, values), self.seen[-_SEEN:])
         sigma = self._sigma(new, values)
-        gap = self._gap(new, sigma) if cut is None else None
+        gap = gaps.turned_at(self.problem, [*self.points[-2:], new], [*self.sigma[-2:], sigma], self.engine) if cut is None else None
         if gap is not None and gap.width <= max(self.through, NARROW) and self._cross(gap):
             return
         terminal = found[-1].kind if cut is not None else ""
-        met = [*found, *self._pairs(new, values, index, cut, found)]
+        met = [*found, *self._pairs(new, values, index, cut, found, is_clear=taken.is_clear and not self.unknown)]
         self.specials = sorted([*self.specials, *met], key=lambda event: event.arclength) if met else self.specials
         self.passages += [gap] if gap else []
         self._take(new if cut is None else cut, values, sigma)
@@ -242,7 +243,7 @@ class _Run:
             self._cut(terminal)
             return
         self.step = step
-        if self._since >= _SHORTEST and is_passed(self.start, self.points[-2], self.points[-1]):
+        if self._since >= _SHORTEST and is_closed(self.start, self.points[-2], self.points[-1]):
             self.end("closed", "the branch came back to its start")
 
     def _take(self, point: Point, values: tuple[float, ...], sigma: float) -> None:
@@ -251,11 +252,18 @@ class _Run:
         self.points.append(point)
         self.sigma.append(sigma)
 
-    def _pairs(self, new: Point, values: tuple[float, ...], index: int, cut: Point | None, located: Sequence[Special]) -> list[Special]:
-        """Zeros within one step that signs do not show, told from points on both sides of it: those of the step before, and of this one where the run is cut in it."""
+    def _pairs(
+        self, new: Point, values: tuple[float, ...], index: int, cut: Point | None, located: Sequence[Special], *, is_clear: bool
+    ) -> list[Special]:
+        """Zeros within one step that signs do not show, told from points on both sides of it.
+
+        The step is the one before, unless it is known to be clear of them, and this one where the run is cut in it.
+        """
+        if is_clear and cut is None:
+            return []
         rows = [*self.seen[-_SEEN:], (self.points[-1], self.values), (new, values)]
         met = [*self.known, *self.specials, *located]
-        found = pairs_of(self.problem, self.tests, rows, len(rows) - 3, self.engine, index - 1, met) if self.seen else []
+        found = pairs_of(self.problem, self.tests, rows, len(rows) - 3, self.engine, index - 1, met) if self.seen and not is_clear else []
         if cut is not None:
             within = pairs_of(self.problem, self.tests, rows, len(rows) - 2, self.engine, index, met)
             found += [event for event in within if event.arclength < cut.arclength]
@@ -265,15 +273,6 @@ class _Run:
         """The smallest singular value of [J; t], which a test for branch points has as its own."""
         known = abs(values[self.singular]) if self.singular is not None else 0.0
         return known or gaps.smallest(self.problem, point)
-
-    def _gap(self, new: Point, sigma: float) -> Passage | None:
-        """The gap that the branch turned away from at the last point."""
-        if len(self.points) < 2 or not self.sigma[-2] > self.sigma[-1] <= sigma:
-            return None
-        near = [*self.points[-2:], new]
-        if gaps.change_sign(near):
-            return None
-        return gaps.gap_between(self.problem, near, self.engine)
 
     def _cross(self, gap: Passage) -> bool:
         """Go on straight beyond a gap, from where the branch did not yet feel it; what lay behind is dropped."""

@@ -155,13 +155,13 @@ class Quantity:
 def watch_of(problem: Problem, test: TestFunction) -> Watch:
     """A test function as a compiled problem takes it; of nothing where it is none of its own."""
     if isinstance(test, Fold):
-        return Watch("tangent", (problem.parameter if test.component is None else test.component) % problem.unknowns, 0.0, 2)
+        return Watch("tangent", (problem.parameter if test.component is None else test.component) % problem.unknowns, 0.0, 2, not test.terminal)
     if isinstance(test, BranchPoint):
         return Watch("sigma", 0, 0.0, 0)
     if isinstance(test, Level) and test.of is not None:
         return Watch(*test.of, test.level, 0)
     if isinstance(test, Quantity) and not test.in_pairs and test.order is None:
-        return Watch(test.known, 0, test.less, 1)
+        return Watch(test.known, 0, test.less, 1, not (test.terminal or test.ends is not None))
     return Watch("", 0, 0.0, 0)
 
 

@@ -42,13 +42,13 @@ def record(
         step: The step to try next.
         tol: Newton's tolerance.
     """
-    unknowns = np.array([point.z(problem) for point in points])
+    unknowns = np.array([point.y for point in points]) * problem.sizes
     return Branch(
         name=name,
         names=problem.names,
         points=unknowns,
         arclength=np.array([point.arclength for point in points]),
-        tangent=np.array([point.slope(problem) for point in points]),
+        tangent=np.array([point.tangent for point in points]) * problem.sizes,
         residual=np.array([point.residual for point in points]),
         iterations=np.array([point.iterations for point in points]),
         scale=problem.sizes,

@@ -155,3 +155,11 @@ def _next_step(step: float, turn: float, change: float, ahead: float, iterations
     leap = _LEAP * ahead
     reach = _REACH[factor < 1] * usual
     return leap if usual < ahead < reach and leap <= options.step_max else usual
+
+
+def is_closed(start: Point, before: Point, after: Point) -> bool:
+    """True when the step from one point to the next passed through the start in its direction."""
+    if after.tangent @ start.tangent <= 0:
+        return False
+    behind, ahead = (start.tangent @ (point.y - start.y) for point in (before, after))
+    return bool(behind < 0 <= ahead and np.linalg.norm(after.y - start.y) <= np.linalg.norm(after.y - before.y) * 1.1)

@@ -40,7 +40,7 @@ _NEAR: Final = 0.25
 """Largest angle, rad, near the rest."""
 _ROUGH: Final = 1e-6
 """Corrections that are good enough, and taken without asking again, on the way to a name."""
-_FLOW: Final = 1e-9
+_FLOW: Final = 1e-7
 """Tolerance of the flow there."""
 _ENGINES: Final = tuple(Engine(predictors.osculating, options=Options(step_max=longest, tol=_ROUGH, trust=_ROUGH)) for longest in _LONGEST)
 _STEPS: Final = 400

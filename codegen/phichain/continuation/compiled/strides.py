@@ -6,15 +6,18 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from phichain.continuation import correctors, predictors
-from phichain.continuation.compiled.protocol import Seen, Watch
+from phichain.continuation.compiled.protocol import Met, Seen, Watch
 from phichain.continuation.engine import Engine
 from phichain.continuation.events import TestFunction, watch_of
 from phichain.continuation.met.passage import is_crossed_smoothly
+from phichain.continuation.met.specials import Special
 from phichain.continuation.point import Point
 from phichain.continuation.problem import Problem
 from phichain.continuation.steps import StepTooSmallError, advance
 
 Values = tuple[float, ...]
+_ZEROS = 8
+"""Zeros in one step from which on it is looked at by itself what lies between them."""
 
 
 class Stride(NamedTuple):
@@ -24,13 +27,17 @@ class Stride(NamedTuple):
         point: Where it led.
         step: The step to try behind it.
         values: The test functions there, None where nobody has asked; NaN of those that a compiled problem does not know.
-        is_plain: Whether it is known that no test function vanishes before it, no gap lies there, and not the start of the run.
+        is_plain: Whether it is known that no test function vanishes before it but at what was met, that no gap lies there, and not the start of the run.
+        met: Zeros of test functions before it, where it is plain.
+        is_clear: Whether it is known that the step before has no zeros but those that signs show.
     """
 
     point: Point
     step: float
     values: Values | None = None
     is_plain: bool = False
+    met: Sequence[Met] = ()
+    is_clear: bool = False
 
 
 class Behind(NamedTuple):
@@ -43,6 +50,7 @@ class Behind(NamedTuple):
         step: The step to try first.
         since: Points on this branch.
         start: The first of these.
+        zeros: Zeros of test functions in the last step: which one's, and at what arclength.
     """
 
     points: Sequence[Point]
@@ -51,6 +59,7 @@ class Behind(NamedTuple):
     step: float
     since: int
     start: Point
+    zeros: Sequence[tuple[int, float]] = ()
 
 
 def strides(problem: Problem, behind: Behind, engine: Engine, watch: Sequence[Watch] | None, most: int) -> list[Stride | BaseException]:
@@ -67,28 +76,35 @@ def strides(problem: Problem, behind: Behind, engine: Engine, watch: Sequence[Wa
         StepTooSmallError: Even the first needs a step below `step_min`.
         KeyboardInterrupt: Ctrl-C came before it was taken.
     """
-    if watch is None or problem.compiled is None:
+    if watch is None or problem.compiled is None or len(behind.zeros) > _ZEROS:
         return [Stride(*advance(problem, behind.points, behind.step, engine))]
     step, last = behind.step, behind.points[-1]
     known = [(point.y, point.tangent) for point in behind.points]
-    seen = Seen(known, [point.arclength for point in behind.points], behind.sigmas, behind.values)
+    seen = Seen(known, [point.arclength for point in behind.points], behind.sigmas, behind.values, behind.zeros)
     while True:
-        rows, stopped, tried = problem.compiled.run(seen, last.jacobian, step, most, engine.options, (behind.since, behind.start.y, behind.start.tangent), watch)
-        found = [Stride(Point.made(**told), ahead, values, True) for told, ahead, values in rows]
-        if stopped == "sign":
+        ran = problem.compiled.run(seen, last.jacobian, step, most, engine.options, (behind.since, behind.start.y, behind.start.tangent), watch)
+        found = [Stride(Point.made(**row.told), row.step, row.values, True, row.met, True) for row in ran.steps]
+        if ran.stopped == "sign":
             *kept, doubtful = found
             before = kept[-1].point if kept else last
             if not is_crossed_smoothly(problem, before, doubtful.point, engine):
                 if not kept:
-                    step = 0.5 * tried
+                    step = 0.5 * ran.tried
                     continue
-                return [*kept[:-1], kept[-1]._replace(step=0.5 * tried)]
-        if stopped in ("sign", "met"):
-            found[-1] = found[-1]._replace(is_plain=False)
-        ending = {"small": StepTooSmallError, "interrupted": KeyboardInterrupt}.get(stopped)
+                return [*kept[:-1], kept[-1]._replace(step=0.5 * ran.tried)]
+        if ran.stopped in ("sign", "met"):
+            found[-1] = found[-1]._replace(is_plain=False, is_clear=not ran.is_doubtful)
+        ending = {"small": StepTooSmallError, "interrupted": KeyboardInterrupt}.get(ran.stopped)
         if ending is not None and not found:
             raise ending
         return [*found, ending()] if ending is not None else [*found]
+
+
+def zeros_in(step: Sequence[Point], tests: Sequence[TestFunction], events: Sequence[Special]) -> list[tuple[int, float]]:
+    """Those events that lie between a step's ends, by their test functions: which one's, and at what arclength."""
+    low, high = step[0].arclength, step[-1].arclength
+    near = [event for event in events if low < event.arclength < high]
+    return [(k, event.arclength) for event in near for k, test in enumerate(tests) if test.name == event.kind]
 
 
 def watched(problem: Problem, tests: Sequence[TestFunction], engine: Engine) -> list[Watch] | None:
@@ -97,4 +113,7 @@ def watched(problem: Problem, tests: Sequence[TestFunction], engine: Engine) -> 
     own = engine.predictor is predictors.osculating and engine.corrector is correctors.pseudo_arclength
     found = [watch_of(problem, test) for test in tests]
     is_known = all(watch.what or not (test.terminal or getattr(test, "ends", None) is not None) for watch, test in zip(found, tests, strict=True))
+    if not all(watch.what for watch in found):
+        # Where some are looked at from point to point in any case, so are the others.
+        found = [watch._replace(passes=False) for watch in found]
     return found if compiled is not None and own and is_known and compiled.watches(found) else None

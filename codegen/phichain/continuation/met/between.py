@@ -6,6 +6,8 @@ from bisect import bisect_left
 from collections.abc import Callable, Sequence
 from operator import mul
 
+import numpy as np
+
 from phichain.continuation.correctors import pseudo_arclength
 from phichain.continuation.engine import Engine
 from phichain.continuation.events import BranchPoint, TestFunction, watch_of
@@ -14,6 +16,7 @@ from phichain.continuation.osculating import touched
 from phichain.continuation.point import Point, point_at
 from phichain.continuation.predictors import hermite, hermite_shares
 from phichain.continuation.problem import Problem
+from phichain.system import Vector
 
 Curve = Callable[[float], Point]
 _NEAR = 3
@@ -61,7 +64,8 @@ class Between:
             self._known.insert(bisect_left(places, point.arclength), point)
 
     def zero(
-        self, test: TestFunction, values: tuple[float, float], near: tuple[float, float, bool], beyond: Sequence[tuple[float, float]]
+        self, test: TestFunction, values: tuple[float, float], near: tuple[float, float, bool], beyond: Sequence[tuple[float, float]],
+        shape: tuple[float, float, Vector] | None = None,
     ) -> tuple[tuple[Point, float], tuple[Point, float], float] | None:
         """The zero of a test function between the ends, in one call where the problem has that compiled.
 
@@ -70,6 +74,7 @@ class Between:
             values: Its values at the ends.
             near: How far off the zero may be; how far from a place that is known; and whether that is to have the Jacobian of its own place.
             beyond: Arclengths outside, and the values there.
+            shape: Centre, half width and coefficients of the polynomial that the curve is in a neighbourhood, where there is one.
 
         Returns:
             The point nearest to the zero and the function there; the next one; and the zero's arclength. None where it was not found so.
@@ -77,8 +82,7 @@ class Between:
         compiled, watch = self._problem.compiled, watch_of(self._problem, test)
         if compiled is None or not (watch.what and compiled.watches([watch])) or self._engine.corrector is not pseudo_arclength:
             return None
-        line = [(point.arclength, point.y, point.tangent) for point in (self.a, self.b, *self._known)]
-        found = compiled.zero(line, values, beyond, watch, self._engine.options, (*near, self._regular))
+        found = compiled.zero(self._line, values, beyond, watch, self._engine.options, (*near, self._regular), shape)
         if found is None:
             return None
         rows, at, other, place = found
@@ -90,6 +94,18 @@ class Between:
         return points[at], (points[other] if other >= 0 else ends[other]), place
 
 
-def curve(problem: Problem, a: Point, b: Point, engine: Engine, before: Sequence[Point] = ()) -> Curve:
+    @property
+    def _line(self) -> list[tuple[float, Vector, Vector]]:
+        return [(point.arclength, point.y, point.tangent) for point in (self.a, self.b, *self._known)]
+
+    def places(self, at: Vector) -> Vector:
+        """The unknowns at eight arclengths (8, n + 1), scaled, in one call where the problem has that compiled."""
+        compiled, found = self._problem.compiled, None
+        if compiled is not None and self._engine.corrector is pseudo_arclength:
+            found = compiled.places(self._line, at, self._engine.options)
+        return np.array([self(s).y for s in at.tolist()]) if found is None else found
+
+
+def curve(problem: Problem, a: Point, b: Point, engine: Engine, before: Sequence[Point] = ()) -> Between:
     """The curve between two points as a function of arclength, whose points before are known, too."""
     return Between(problem, a, b, engine, before)

@@ -45,6 +45,13 @@ def change_sign(near: Sequence[Point]) -> bool:
     return len(signs) > 1
 
 
+def turned_at(problem: Problem, near: Sequence[Point], sigma: Sequence[float], engine: Engine) -> Passage | None:
+    """The gap that a branch turned away from at the middle one of the last three points, which have these sigma; None where there is none."""
+    if len(near) < 3 or not sigma[-3] > sigma[-2] <= sigma[-1] or change_sign(near):
+        return None
+    return gap_between(problem, near, engine)
+
+
 def gap_between(problem: Problem, near: Sequence[Point], engine: Engine) -> Passage | None:
     """The gap that a branch turned away from at the middle one of three successive points; None where there is none.
 

@@ -12,7 +12,7 @@ from phichain.continuation.engine import Engine
 from phichain.continuation.events import BranchPoint, Level, Quantity, TestFunction
 from phichain.continuation.met.between import Between, Curve, curve
 from phichain.continuation.met.roots import zero_between
-from phichain.continuation.met.singular import half_width, loosened, through
+from phichain.continuation.met.singular import Through, half_width, loosened
 from phichain.continuation.met.specials import Special
 from phichain.continuation.point import Point, point_at
 from phichain.continuation.predictors import hermite_shares
@@ -126,10 +126,10 @@ def way_between(
     # Close to the place Newton stalls, and a neighbourhood need not be centred better than this.
     spacing = max(_ROUGH, _FIRST * half_width(a, b) / (1 + b.arclength))
     rough = _root(problem, a, b, singular, beside, spacing)[0].arclength
-    first = through(problem, a, b, rough, beside)
+    first = Through(problem, rough, beside)
     # Once more from the better centre where the rough one, at which Newton stalls, is off.
     centre = _root(problem, a, b, singular, first, spacing)[0].arclength
-    return first if abs(centre - rough) < _CENTRED * half_width(a, b) else through(problem, a, b, centre, beside)
+    return first if abs(centre - rough) < _CENTRED * half_width(a, b) else Through(problem, centre, beside)
 
 
 def _located(
@@ -182,7 +182,7 @@ def _root(
     """The zero of a test function along a curve, and what is left of it there."""
     ends = test.value(problem, a), test.value(problem, b)
     size = 1 + b.arclength
-    if isinstance(between, Between) and (a, b) == (between.a, between.b):
+    if isinstance(between, Between | Through) and (a, b) == (between.a, between.b):
         found = between.zero(test, ends, (spacing * size, near * size, spacing < _ROUGH), beyond)
         if found is not None:
             (point, left), (other, before), place = found

@@ -8,7 +8,7 @@ tangent the polynomial's own: the null vector of J is not one there.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache
 from itertools import pairwise
@@ -17,6 +17,8 @@ import numpy as np
 from numpy.polynomial import polynomial
 
 from phichain.continuation.engine import Engine
+from phichain.continuation.events import TestFunction
+from phichain.continuation.met.between import Between
 from phichain.continuation.point import Point
 from phichain.continuation.problem import Problem, relative_residual
 from phichain.system import Vector
@@ -31,8 +33,6 @@ _NARROWEST = 2e-4
 _RESOLVED = 1e-11
 """Error of the polynomial in the middle that is none, in units of 1 + |y|."""
 
-Curve = Callable[[float], Point]
-
 
 @lru_cache
 def loosened(engine: Engine) -> Engine:
@@ -45,38 +45,35 @@ def half_width(a: Point, b: Point) -> float:
     return min(_SHARE * (b.arclength - a.arclength), _WIDEST)
 
 
-def through(problem: Problem, a: Point, b: Point, centre: float, beside: Curve) -> Curve:
-    """The curve between two points, by the polynomial near a singular one and by Newton elsewhere.
+class Through:
+    """The curve between two points, by the polynomial near a singular one and by Newton elsewhere."""
 
-    Args:
-        problem: What is continued.
-        a: Earlier point.
-        b: Later point.
-        centre: Arclength of the singular point, roughly.
-        beside: The curve by Newton.
-    """
-    half = half_width(a, b)
-    places = _beside(centre, half, beside)
-    while half > _NARROWEST and not _is_resolved(places):
-        half /= 2
-        places = _beside(centre, half, beside)
-    shape = polynomial.polyfit(_SIDES, places, len(_SIDES) - 1)
-    slope = polynomial.polyder(shape)
+    def __init__(self, problem: Problem, centre: float, beside: Between) -> None:
+        """Take the arclength of the singular point, roughly, and the curve by Newton."""
+        self.a, self.b, self._problem, self._beside, self._centre = beside.a, beside.b, problem, beside, centre
+        self._half = half_width(self.a, self.b)
+        places = beside.places(centre + self._half * _SIDES)
+        while self._half > _NARROWEST and not _is_resolved(places):
+            self._half /= 2
+            places = beside.places(centre + self._half * _SIDES)
+        self._shape: Vector = np.asarray(polynomial.polyfit(_SIDES, places, len(_SIDES) - 1), float)
+        self._slope = polynomial.polyder(self._shape)
 
-    def between(s: float) -> Point:
-        x = (s - centre) / half
-        if abs(x) > 1 or s in (a.arclength, b.arclength):
-            return beside(s)
-        y, along = np.asarray(polynomial.polyval(x, shape)), np.asarray(polynomial.polyval(x, slope))
+    def __call__(self, s: float) -> Point:
+        """The point at an arclength."""
+        x, problem = (s - self._centre) / self._half, self._problem
+        if abs(x) > 1 or s in (self.a.arclength, self.b.arclength):
+            return self._beside(s)
+        y, along = np.asarray(polynomial.polyval(x, self._shape)), np.asarray(polynomial.polyval(x, self._slope))
         residual, jacobian, extra = problem.at(y)
         size = relative_residual(residual, jacobian, y)
         return Point(y, along / np.linalg.norm(along), s, jacobian, size, 0, (), extra)
 
-    return between
-
-
-def _beside(centre: float, half: float, beside: Curve) -> Vector:
-    return np.array([beside(centre + half * side).y for side in _SIDES])
+    def zero(
+        self, test: TestFunction, values: tuple[float, float], near: tuple[float, float, bool], beyond: Sequence[tuple[float, float]]
+    ) -> tuple[tuple[Point, float], tuple[Point, float], float] | None:
+        """As `Between.zero`."""
+        return self._beside.zero(test, values, near, beyond, (self._centre, self._half, self._shape))
 
 
 def _is_resolved(places: Vector) -> bool:

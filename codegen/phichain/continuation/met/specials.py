@@ -5,9 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
-import numpy as np
-
-from phichain.continuation.point import Point
 from phichain.continuation.problem import Multipliers
 from phichain.records import Held
 from phichain.system import Vector
@@ -65,10 +62,3 @@ class Passage(Held):
 def is_same(event: Special, other: Special) -> bool:
     """Whether two events, of a run and of one that was cut and goes on, are one."""
     return event.kind == other.kind and event.index == other.index and bool(abs(event.arclength - other.arclength) < _APART)
-
-def is_passed(start: Point, before: Point, after: Point) -> bool:
-    """True when the step from one point to the next passed through an earlier one in its direction."""
-    if after.tangent @ start.tangent <= 0:
-        return False
-    behind, ahead = (start.tangent @ (point.y - start.y) for point in (before, after))
-    return bool(behind < 0 <= ahead and np.linalg.norm(after.y - start.y) <= np.linalg.norm(after.y - before.y) * 1.1)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -23,12 +24,14 @@ from phichain.native.flows.desk import (
     STOPPED,
     WATCHED,
     WHAT,
+    ZEROS,
     Array,
     desk_fields,
+    event_fields,
     offsets,
     orbit_fields,
 )
-from phichain.native.flows.told import Ahead, Found, Reached, Zero
+from phichain.native.flows.told import Ahead, Event, Fields, Found, Reached, Run, Zero
 from phichain.native.memory.arrays import place
 
 
@@ -48,6 +51,7 @@ class Braking:
         ahead: The next orbit.
         run: The next orbits.
         zero: The orbit at which a test function vanishes.
+        places: Places of the curve.
         touched: A guess, by the orbits that are known.
     """
 
@@ -57,6 +61,7 @@ class Braking:
     ahead: Callable[..., int]
     run: Callable[..., int]
     zero: Callable[..., int]
+    places: Callable[..., int]
     touched: Callable[..., int]
 
 
@@ -82,8 +87,7 @@ class Brake:
         """
         self._given = functions, bind, sizes, scale, tolerance, rough, most_steps
         self._bound, self._functions = bind(), functions
-        self._fields = offsets(orbit_fields(*sizes))
-        whole = offsets(desk_fields(*sizes))
+        self._fields, self._event_fields, whole = _places(*sizes)
         self._memory = np.zeros(max(end for _, end, _ in whole.values()))
         self.desk: dict[str, Array] = {name: self._memory[a:b].reshape(shape) for name, (a, b, shape) in whole.items()}
         self.desk["scale"][:] = scale
@@ -149,11 +153,11 @@ class Brake:
     def run(
         self, seen: Any, jacobian: Array, step: float, most: int, limits: Sequence[float], newton: tuple[float, float, int],
         start: tuple[int, Array, Array], tests: Sequence[Any],
-    ) -> tuple[list[Reached], str, float]:  # fmt: skip
+    ) -> Run:  # fmt: skip
         """The next orbits behind the last one that is seen, whose Jacobian is given: so many at most, or up to one that somebody has to look at.
 
         Args:
-            seen: The last places with their tangents, arclengths and sigmas; and the test functions at the last ones of them (`continuation.compiled.protocol.Seen`).
+            seen: The last places with their tangents, arclengths and sigmas; the test functions at the last ones of them, and their zeros in the last step (`continuation.compiled.protocol.Seen`).
             jacobian: At the last one (nq, nq + 1).
             step: The step to try.
             most: How many orbits.
@@ -163,12 +167,14 @@ class Brake:
             tests: Test functions.
 
         Returns:
-            The orbits, why there are no more (`STOPPED`, or "interrupted"), and the step that was tried last.
+            What it reached and met.
 
         Raises:
-            ArrayError: More than `KNOWN` places are given.
+            ArrayError: More than `KNOWN` places are given, or more than `ZEROS` zeros.
         """
         desk, count = self.desk, len(seen.places)
+        if len(seen.zeros) > ZEROS:
+            raise ArrayError("seen.zeros", len(seen.zeros), f"must be at most {ZEROS}", "go on one by one")
         self._know(seen.places)
         self._before_jacobian[:], self._before_tangent[:] = jacobian, seen.places[-1][1]
         self._newton[:] = newton
@@ -181,18 +187,26 @@ class Brake:
         desk["seen"].fill(len(seen.values))
         desk["at"][:count], desk["sigmas"][:count] = seen.at, seen.sigmas
         desk["values"][count - len(seen.values) : count, : len(tests)] = seen.values
+        desk["zero_count"].fill(len(seen.zeros))
+        if seen.zeros:
+            desk["zeros"][: len(seen.zeros)] = seen.zeros
         desk["stopped"].fill(0)
         is_cut = False
         try:
             self._functions.run(*self._arguments)
         except KeyboardInterrupt:
             is_cut = True
-        told = self._reached(int(desk["taken"]), len(tests))
-        return told, "interrupted" if is_cut else STOPPED[int(desk["stopped"])], float(desk["step"])
+        taken = int(desk["taken"])
+        events = [Event.of(row, self._event_fields) for row in desk["events"][: int(desk["met"])].copy()]
+        # Those before an orbit that was not reached are found again.
+        events = [event for event in events if event.before < taken]
+        told = self._reached("rows", taken, len(tests))
+        stopped = "interrupted" if is_cut else STOPPED[int(desk["stopped"])]
+        return Run(told, events, stopped, float(desk["step"]), is_cut or bool(desk["doubtful"] > 0))
 
     def zero(
         self, line: Sequence[tuple[float, Array, Array]], values: tuple[float, float], beyond: Sequence[tuple[float, float]],
-        test: Any, newton: tuple[float, float, int], near: tuple[float, float, bool, float],
+        test: Any, newton: tuple[float, float, int], near: tuple[float, float, bool, float], shape: tuple[float, float, Array] | None = None,
     ) -> Zero | None:  # fmt: skip
         """The zero of a test function between two orbits.
 
@@ -203,29 +217,48 @@ class Brake:
             test: The test function.
             newton: Newton's tolerance, the corrections that it trusts, and how many.
             near: How far off the zero may be; how far from an orbit that is told; whether that is to have the columns of its own place; and |sigma| of [J; t] below which no other is guessed from an orbit.
+            shape: Centre and half width of a neighbourhood in which the curve is a polynomial, and its coefficients (`SHAPE`, nq + 1), the constant ones first.
 
         Returns:
             None where it was not found so.
         """
-        desk, count, outside = self.desk, len(line), beyond[-OUTSIDE:]
-        if count > LINE:
+        desk, outside = self.desk, beyond[-OUTSIDE:]
+        if not self._lie(line):
             return None
-        at, places = desk["line_at"], self._line
-        for k, (s, y, tangent) in enumerate(line):
-            at[k], places[k][0][:], places[k][1][:] = s, y, tangent
+        desk["shape_half"].fill(0 if shape is None else shape[1])
+        if shape is not None:
+            desk["shape_centre"].fill(shape[0])
+            desk["shape"][:] = shape[2]
         self._newton[:], desk["watch"][0] = newton, _watched(test)
         desk["line_values"][:] = values
         self._near[:] = near
-        self._counts[0].fill(count)
         self._counts[1].fill(len(outside))
         if outside:
             desk["outside"][: len(outside)] = outside
         if not self._functions.zero(*self._arguments):
             return None
-        return Zero(self._reached(int(desk["count"]), 1), int(desk["taken"]), int(desk["stopped"]), float(desk["place"]))
+        return Zero(self._reached("tries", int(desk["tried"]), 1), int(desk["taken"]), int(desk["stopped"]), float(desk["place"]))
 
-    def _reached(self, count: int, tests: int) -> list[Reached]:
-        return [Reached.of(row, self._fields, tests) for row in self.desk["rows"][:count].copy()]
+    def places(self, line: Sequence[tuple[float, Array, Array]], at: Array, newton: tuple[float, float, int]) -> Array | None:
+        """Where the curve between two orbits has some arclengths (`SHAPE`, nq + 1); `line` and `newton` as of `zero`; None where Newton did not get to all."""
+        told = self.desk["placed"]
+        if not self._lie(line):
+            return None
+        self._newton[:], told[:, 0] = newton, at
+        return told[:, 1:].copy() if self._functions.places(*self._arguments) else None
+
+    def _lie(self, line: Sequence[tuple[float, Array, Array]]) -> bool:
+        """Put a line on the desk, where there is room for it."""
+        if len(line) > LINE:
+            return False
+        at, places = self.desk["line_at"], self._line
+        for k, (s, y, tangent) in enumerate(line):
+            at[k], places[k][0][:], places[k][1][:] = s, y, tangent
+        self._counts[0].fill(len(line))
+        return True
+
+    def _reached(self, where: str, count: int, tests: int) -> list[Reached]:
+        return Reached.all_of(self.desk[where][:count].copy(), self._fields, tests)
 
     def _know(self, known: Sequence[tuple[Array, Array]]) -> None:
         if len(known) > KNOWN:
@@ -247,6 +280,13 @@ class Brake:
         self._know(known)
         self._where[:], self._axis[:] = (len(known), at), axis
         return self._guess.copy() if self._functions.touched(self._desk) else None
+
+
+@lru_cache
+def _places(nq: int, links: int) -> tuple[Fields, Fields, Fields]:
+    """Where the fields of an orbit, of an event and of the desk lie."""
+    orbit, event, desk = (offsets(fields(nq, links)) for fields in (orbit_fields, event_fields, desk_fields))
+    return orbit, event, desk
 
 
 def _watched(test: Any) -> tuple[float, ...]:

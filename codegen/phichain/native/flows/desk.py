@@ -13,16 +13,24 @@ KNOWN: Final = 8
 """Places that a curve is touched at."""
 CORRECTIONS: Final = 16
 """Corrections that are told."""
-ASKED: Final = 256
+ASKED: Final = 1024
 """Evaluations that are told."""
 WATCHED: Final = 24
 """Test functions of a run."""
-ROWS: Final = 16
+ROWS: Final = 32
 """Orbits of one call of a run."""
+TRIES: Final = 16
+"""Orbits on the way to a zero."""
+EVENTS: Final = 24
+"""Zeros that one call of a run finds."""
+ZEROS: Final = 16
+"""Zeros of the step before that a run knows."""
 LINE: Final = 24
 """Places of a curve that is known between two points, its two ends twice."""
 OUTSIDE: Final = 4
 """Values outside a bracket."""
+SHAPE: Final = 8
+"""Places beside one where [J; t] is singular."""
 WHAT: Final = (
     "tangent", "unknown", "largest angle", "energy", "sigma", "brake loss", "odd loss", "unequal brakes", "energy slope", "steepness", "largest kappa",
 )
@@ -85,6 +93,11 @@ def row_fields(nq: int, links: int) -> dict[str, Shape]:
     return {"arclength": (), "step": (), "values": (WATCHED,), "orbit": (_size(orbit_fields(nq, links)),)}
 
 
+def event_fields(nq: int, links: int) -> dict[str, Shape]:
+    """What is told of a zero that a run met, in the order of the C."""
+    return {"before": (), "which": (), "arclength": (), "left": (), "y": (nq + 1,), "folded": (links * links,)}
+
+
 def _size(fields: Mapping[str, Shape]) -> int:
     return sum(map(prod, fields.values()))
 
@@ -93,14 +106,15 @@ def desk_fields(nq: int, links: int) -> dict[str, Shape]:
     """What a call is given and tells, in the order of the C."""
     every = nq + 1
     return {
-        "scale": (every,), "tolerance": (), "rough": (), "most_steps": (), "tol": (), "trust": (), "most_corrections": (), "guess": (every,),
+        "scale": (every,), "tolerance": (), "rough": (), "most_steps": (), "tol": (), "trust": (), "most_corrections": (), "is_place": (), "guess": (every,),
         "normal": (every,), "count": (), "place": (), "axis": (every,), "known": (KNOWN, 2, every), "before_jacobian": (nq, every),
         "before_tangent": (every,), "moved": (), "shifted": (), "turned": (), "changed": (), "change": (every, every), "evaluations": (), "asked": (ASKED, every + 2),
         "orbit": (_size(orbit_fields(nq, links)),), "transition": (4 * nq * links,), "rates": (nq,), "steps": (),
         "step": (), "step_min": (), "step_max": (), "max_angle": (), "aim_angle": (), "max_change": (), "wanted": (), "since": (), "start": (2, every),
-        "watched": (), "watch": (WATCHED, 4), "seen": (), "at": (KNOWN,), "values": (KNOWN, WATCHED), "sigmas": (KNOWN,), "taken": (), "stopped": (),
-        "rows": (ROWS, _size(row_fields(nq, links))), "line_count": (), "line_at": (LINE,), "line": (LINE, 2, every), "line_values": (2,), "outside_count": (),
-        "outside": (OUTSIDE, 2), "line_spacing": (), "line_near": (), "line_settle": (), "line_regular": (),
+        "watched": (), "watch": (WATCHED, 5), "seen": (), "at": (KNOWN,), "values": (KNOWN, WATCHED), "sigmas": (KNOWN,), "zero_count": (), "zeros": (ZEROS, 2),
+        "taken": (), "stopped": (), "doubtful": (), "met": (), "rows": (ROWS, _size(row_fields(nq, links))), "events": (EVENTS, _size(event_fields(nq, links))), "tried": (),
+        "tries": (TRIES, _size(row_fields(nq, links))), "line_count": (), "line_at": (LINE,), "line": (LINE, 2, every), "line_values": (2,), "outside_count": (),
+        "outside": (OUTSIDE, 2), "placed": (SHAPE, every + 1), "shape_centre": (), "shape_half": (), "shape": (SHAPE, every), "line_spacing": (), "line_near": (), "line_settle": (), "line_regular": (),
     }  # fmt: skip
 
 

@@ -12,6 +12,8 @@ Fields = Mapping[str, tuple[int, int, Shape]]
 _NUMBERS: Final = len(Numbers._fields)
 _HEAD: Final = 2
 """Numbers of a row before its test functions."""
+_NAMED: Final = 4
+"""Numbers of an event before its place."""
 
 
 class Found:
@@ -19,10 +21,10 @@ class Found:
 
     __slots__ = ("_fields", "_row", "numbers")
 
-    def __init__(self, row: Array, fields: Fields) -> None:
-        """Take what C told."""
+    def __init__(self, row: Array, fields: Fields, numbers: Numbers | None = None) -> None:
+        """Take what C told, its numbers where somebody has read them already."""
         row.flags.writeable = False
-        self._row, self._fields, self.numbers = row, fields, Numbers(*row[:_NUMBERS].tolist())
+        self._row, self._fields, self.numbers = row, fields, numbers or Numbers(*row[:_NUMBERS].tolist())
 
     def array(self, name: str) -> Array:
         """An array."""
@@ -49,10 +51,49 @@ class Reached(NamedTuple):
     values: tuple[float, ...]
 
     @classmethod
-    def of(cls, row: Array, fields: Fields, tests: int) -> Reached:
-        """What C told in a row, with so many test functions."""
-        arclength, step, *values = row[: _HEAD + tests].tolist()
-        return cls(Found(row[_HEAD + WATCHED :], fields), arclength, step, tuple(values))
+    def all_of(cls, rows: Array, fields: Fields, tests: int) -> list[Reached]:
+        """What C told in some rows, with so many test functions."""
+        first = _HEAD + WATCHED
+        heads, numbers = rows[:, : _HEAD + tests].tolist(), rows[:, first : first + _NUMBERS].tolist()
+        told = zip(rows[:, first:], numbers, heads, strict=True)
+        return [cls(Found(row, fields, Numbers._make(own)), head[0], head[1], tuple(head[_HEAD:])) for row, own, head in told]
+
+
+class Event(NamedTuple):
+    """A zero of a test function that a run met: before which of its orbits, which function, arclength, what is left of it, y, and d^T a across the force."""
+
+    before: int
+    which: int
+    arclength: float
+    left: float
+    y: Array
+    folded: Array
+
+    @classmethod
+    def of(cls, row: Array, fields: Fields) -> Event:
+        """What C told in a row."""
+        before, which, arclength, left = row[:_NAMED].tolist()
+        row.flags.writeable = False
+        y, folded = (row[slice(*fields[name][:2])] for name in ("y", "folded"))
+        return cls(int(before), int(which), arclength, left, y, folded)
+
+
+class Run(NamedTuple):
+    """A run.
+
+    Attributes:
+        rows: The orbits.
+        events: The zeros before them that it passes.
+        stopped: Why there are no more (`desk.STOPPED`), or "interrupted".
+        tried: The step that was tried last.
+        is_doubtful: Whether more zeros than signs show may lie before the last orbit but one.
+    """
+
+    rows: list[Reached]
+    events: list[Event]
+    stopped: str
+    tried: float
+    is_doubtful: bool
 
 
 class Zero(NamedTuple):

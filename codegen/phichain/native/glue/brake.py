@@ -9,15 +9,15 @@ from phichain.contract.chain import Chain
 from phichain.contract.functions import ROWS
 from phichain.identity import beside
 from phichain.native.flows.brake import has_brake
-from phichain.native.flows.desk import Shape, desk_fields, offsets, orbit_fields, row_fields
+from phichain.native.flows.desk import Shape, desk_fields, event_fields, offsets, orbit_fields, row_fields
 from phichain.native.glue.interrupts import Foreign
 from phichain.native.signature import Manifest
 
-STENCILS: Final = ("desk", "small", "touch", "brake", "newton", "run", "zero", "calls")
+STENCILS: Final = ("desk", "small", "touch", "brake", "newton", "run", "zero", "met", "calls")
 """Those of `stencils/orbits`, in the order in which they lean on each other."""
-CALLS: Final = ("at", "settled", "corrected", "ahead", "run", "zero", "touched")
+CALLS: Final = ("at", "settled", "corrected", "ahead", "run", "zero", "places", "touched")
 """What is called from Python."""
-TWINNED: Final = ("at", "settled", "corrected", "ahead", "run", "zero")
+TWINNED: Final = ("at", "settled", "corrected", "ahead", "run", "zero", "places")
 """Those that may run long, which Ctrl-C leaves."""
 _GIVEN: Final = {
     "p": "p", "flow": "flow", "t_end": "quarter", "max_steps": "most", "u": "still_input", "amplitude": "0", "omega": "0", "q": "q", "v": "v",
@@ -65,7 +65,8 @@ def brake_source(manifest: Manifest, chain: Chain) -> str:
         *(f"#define phi_brake_{call} {name}_brake_{call}" for call in CALLS), "",
     ]  # fmt: skip
     texts = [(beside("stencils") / "orbits" / f"{part}.c").read_text(encoding="utf-8") for part in STENCILS]
-    checks = [*_checks(name, "brake_orbit", orbit_fields(chain.nq, chain.links)), *_checks(name, "brake_row", row_fields(chain.nq, chain.links)), *_checks(name, "brake_desk", desk_fields(chain.nq, chain.links))]
+    structs = {"orbit": orbit_fields, "row": row_fields, "event": event_fields, "desk": desk_fields}
+    checks = [line for struct, fields in structs.items() for line in _checks(name, f"brake_{struct}", fields(chain.nq, chain.links))]
     return "\n".join([*lines, *texts, *checks, ""])
 
 

@@ -15,9 +15,9 @@ from typing import Any, Final
 import numpy as np
 
 from phichain.continuation import Evaluation, Extra, Options, Point
-from phichain.continuation.compiled.protocol import Seen, Stepped, Told, Watch
+from phichain.continuation.compiled.protocol import Met, Ran, Seen, Step, Stepped, Told, Watch
 from phichain.continuation.linear import eigenvalues
-from phichain.continuation.problem import LateExtra, Multipliers
+from phichain.continuation.problem import Multipliers
 from phichain.orbits.quarter.map import QuarterMap, ordered
 from phichain.system import Vector
 
@@ -50,11 +50,7 @@ class BrakeMap(QuarterMap):
 
     def kappa(self) -> Multipliers:
         """As of any quarter map."""
-        folded = self._found.array("folded")
-        inner = math.isqrt(len(folded)) - 1
-        if inner < _SEVERAL:
-            return (1 - 2 * folded[:inner]).astype(complex)
-        return ordered(1 - 2 * eigenvalues(folded[: inner * inner].reshape(inner, inner)))
+        return _kappa(self._found.array("folded"))
 
     def test(self, name: str, of: Callable[[QuarterMap], float]) -> float:
         """What C has found."""
@@ -94,7 +90,7 @@ class Braking:
         if found is None:
             size = len(z) - 1
             return Evaluation(np.full(size, np.nan), np.full((size, size + 1), np.nan))
-        return Evaluation(found.array("residual"), found.array("jacobian") / self._scale, _extra(found))
+        return Evaluation(found.array("residual"), found.array("jacobian") / self._scale, _BrakeExtra(found))
 
     def at(self, y: Vector, along: Vector) -> Told | None:
         """See `Compiled`."""
@@ -127,21 +123,30 @@ class Braking:
 
     def run(
         self, seen: Seen, jacobian: Vector, step: float, most: int, options: Options, start: tuple[int, Vector, Vector], tests: Sequence[Watch]
-    ) -> tuple[list[tuple[Told, float, tuple[float, ...] | None]], str, float]:
+    ) -> Ran:
         """See `Compiled`."""
         limits = options.step_min, options.step_max, options.max_angle, options.aim_angle, options.max_change
         newton = options.tol, options.trust, options.max_iterations
-        rows, stopped, tried = self._brake.run(seen, jacobian, step, most, limits, newton, start, tests)
-        return [(_placed(row), row.step, row.values if row.found.numbers.is_told > 0 else None) for row in rows], stopped, tried
+        found = self._brake.run(seen, jacobian, step, most, limits, newton, start, tests)
+        met: dict[int, list[Met]] = {}
+        for event in found.events:
+            met.setdefault(event.before, []).append(Met(event.which, event.y, event.arclength, event.left, _kappa(event.folded)))
+        steps = [Step(_placed(row), row.step, row.values if row.found.numbers.is_told > 0 else None, met.get(k, ())) for k, row in enumerate(found.rows)]
+        return Ran(steps, found.stopped, found.tried, found.is_doubtful)
 
     def zero(
         self, line: Sequence[tuple[float, Vector, Vector]], values: tuple[float, float], beyond: Sequence[tuple[float, float]], test: Watch,
-        options: Options, near: tuple[float, float, bool, float],
+        options: Options, near: tuple[float, float, bool, float], shape: tuple[float, float, Vector] | None = None,
     ) -> tuple[list[tuple[Told, float, bool]], int, int, float] | None:  # fmt: skip
         """See `Compiled`."""
         newton = options.tol, options.trust, options.max_iterations
-        found = self._brake.zero(line, values, beyond, test, newton, near)
+        found = self._brake.zero(line, values, beyond, test, newton, near, shape)
         return None if found is None else ([(_placed(row), row.values[0], row.step > 0) for row in found.rows], *found[1:])
+
+    def places(self, line: Sequence[tuple[float, Vector, Vector]], at: Vector, options: Options) -> Vector | None:
+        """See `Compiled`."""
+        found: Vector | None = self._brake.places(line, at, (options.tol, 0.0, options.max_iterations))
+        return found
 
     def _change(self) -> Vector:
         change: Vector = self._brake.change
@@ -150,12 +155,51 @@ class Braking:
 
 def frequency_error_of(point: Point) -> float:
     """How far off omega may be, relative: what C found of `quarter.problem.frequency_error`."""
-    found: QuarterMap = point.extra.found
-    return found.test("error", _unknown)
+    extra = point.extra
+    error: float = extra.error if isinstance(extra, _BrakeExtra) else extra.found.test("error", _unknown)
+    return error
 
 
 def _unknown(_: QuarterMap) -> float:
     return math.nan
+
+
+class _BrakeExtra(Extra):
+    """Multipliers and quarter map of what C told, each made when it is first asked for: of most orbits on the way it is the multipliers alone."""
+
+    _found: Any
+
+    def __init__(self, found: Any) -> None:
+        """Keep what C told."""
+        vars(self)["_found"] = found
+
+    @property
+    def error(self) -> float:
+        """Of omega."""
+        error: float = self._found.numbers.error
+        return error
+
+    def __getattr__(self, name: str) -> Any:
+        """Either of both when it is first read.
+
+        Raises:
+            AttributeError: There is no such field.
+            LinAlgError: The place has none of them.
+        """
+        if name not in ("multipliers", "found"):
+            raise AttributeError(name)
+        if not self._found.numbers.is_told > 0:
+            raise np.linalg.LinAlgError("matrix is not positive definite")
+        vars(self)[name] = made = _kappa(self._found.array("folded")) if name == "multipliers" else BrakeMap(self._found)
+        return made
+
+
+def _kappa(folded: Vector) -> Multipliers:
+    """Those of d^T a across the force, as C tells it."""
+    inner = math.isqrt(len(folded)) - 1
+    kappa = np.array([1 - 2 * own for own in folded[:inner].tolist()], complex) if inner < _SEVERAL else ordered(1 - 2 * eigenvalues(folded[: inner * inner].reshape(inner, inner)))
+    kappa.flags.writeable = False
+    return kappa
 
 
 def _placed(row: Any) -> Told:
@@ -171,15 +215,6 @@ def _told(found: Any) -> Told:
     return {
         "y": array("y"), "tangent": array("tangent"), "jacobian": array("jacobian"), "residual": numbers.relative if converged else math.inf,
         "corrections": tuple(array("corrections")[:count].tolist()), "converged": converged, "sigma": numbers.sigma,
-        "is_settled": numbers.is_whole > 0, "extra": _extra(found), "energy": numbers.energy,
+        "is_settled": numbers.is_whole > 0, "extra": _BrakeExtra(found), "energy": numbers.energy,
     }  # fmt: skip
 
-
-def _extra(found: Any) -> Extra:
-    def made() -> tuple[Multipliers, BrakeMap]:
-        if not found.numbers.is_told > 0:
-            raise np.linalg.LinAlgError("matrix is not positive definite")
-        own = BrakeMap(found)
-        return own.kappa(), own
-
-    return LateExtra(made)
