@@ -20,6 +20,7 @@ from phichain.emit.c.text import restrict_macro, sincos_kernel
 from phichain.emit.flow.forward_dynamics_batch import forward_dynamics_batch
 from phichain.emit.flow.propagate_batch import flow_batch
 from phichain.ir.nodes import Array
+from phichain.lowering.dynamics import form_of_many
 from phichain.lowering.lower import lower_function
 from phichain.lowering.rates import scales_program
 from phichain.mechanics import derive
@@ -58,8 +59,8 @@ def parameters(chain: Scene) -> tuple[Array, ...]:
 
 @cache
 def unit(chain: Scene, name: str, portable: bool = False) -> str:
-    """One C file with a batch form, the scalar forward dynamics, and what they lean on."""
-    made, dynamics = WRITERS[name](derive(chain)), lower_function(derive(chain), "forward_dynamics", chain.code)
+    """One C file with a batch form, the forward dynamics of one state by the same Program, and what they lean on."""
+    made, dynamics = WRITERS[name](derive(chain)), lower_function(derive(chain), form_of_many(chain), chain.code)
     tables = {key: f"{chain.name}_{key[0]}_{i}" for i, key in enumerate(dynamics.tables.items())}
     body = c_function(dynamics, CNames(chain.name, chain.real, tables), {})
     uses = made.uses | body.uses

@@ -103,8 +103,9 @@ def output_times(function: str, times: ArrayLike, t: float, t_end: float, size: 
     Raises:
         ArrayError: a time is not finite, they do not lie in that order, or no memory holds a state of that size at each.
     """
-    demand_room(f"{function}.times", np.size(times), 1 + size, kind)
-    grid = np.atleast_1d(own(f"{function}.times", times, kind))
+    wanted = converted(f"{function}.times", times, kind)
+    demand_room(f"{function}.times", wanted.size, 1 + size, kind)
+    grid = np.atleast_1d(own(f"{function}.times", wanted, kind))
     if grid.ndim != 1:
         raise ArrayError(f"{function}.times", grid.shape, "is no list of times", "give them one after the other")
     if not grid.size:
