@@ -15,6 +15,7 @@ from phichain.app.commands.orbits.options import (
     SceneWord,
     StepMax,
     clear_line,
+    frequency,
     in_double,
     leave,
     limits_of,
@@ -72,7 +73,7 @@ def response(
     # The file is to name the scene that was given, whatever functions this command needed of it besides.
     system = replace(system, digest=chosen.digest)
     system = with_values(system, chosen, settings)
-    steps, progress = limits_of(step_max, max_points), ticking(lambda _: "", quiet)
+    steps, progress = limits_of(step_max, max_points), ticking(frequency, quiet)
     found = respond(system, place, size, ends, axis=axis, method=method, harmonics=harmonics, limits=steps, progress=progress)
     for event in beyond or []:
         if found.status == "interrupted":
