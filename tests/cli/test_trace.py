@@ -132,6 +132,8 @@ def test_control_c_leaves_a_file_to_go_on_from(command: Command, monkeypatch: py
         (("--until", "amplitude=1", "--amplitude-max", 2), "amplitude_max"),
         (("--through", -1), "through"),
         (("--resume", "nothing.json"), "nothing.json"),
+        (("--start", "q=1; v=0; period=0.1"), "relative residual"),
+        (("--start", "q=1; v=0; period=0.1"), "come back more nearly"),
         (("--out", "f.pdf"), "json"),
         (("--step-max", 0), "step_max"),
     ],
