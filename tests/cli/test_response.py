@@ -54,7 +54,7 @@ def test_a_single_precision_scene_is_driven_in_double(command: Command, tmp_path
         assert small.digest == find_scene("small.toml").digest and small.peak.tolist() == twin.peak.tolist()
 
 
-def test_control_c_leaves_a_file_though_more_was_asked_for(command: Command, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_control_c_leaves_a_file_to_go_on_from_though_more_was_asked_for(command: Command, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """What an event opens is not looked for in a response that was ended before it."""
     (tmp_path / "one.toml").write_text(PENDULUM)
     told = []
@@ -67,11 +67,29 @@ def test_control_c_leaves_a_file_though_more_was_asked_for(command: Command, mon
 
         return tell
 
-    monkeypatch.setattr(responded, "ticking", impatient)
-    answer = command(*ASKED, "--beyond", 1, "--out", "r.json")
+    with monkeypatch.context() as patch:
+        patch.setattr(responded, "ticking", impatient)
+        answer = command(*ASKED, "--beyond", 1, "--out", "r.json")
     assert answer.code == 130 and "interrupted" in answer.out, answer.err
     found = Response.from_json(tmp_path / "r.json")
     assert found.status == "interrupted" and len(found) == 6
+    assert command(*ASKED, "--out", "whole.json").code == 0
+    answer = command(*ASKED, "--resume", "r.json", "--out", "rest.json")
+    assert answer.code == 0, answer.err
+    whole, rest = (Response.from_json(tmp_path / name) for name in ("whole.json", "rest.json"))
+    assert [rest.omega.tolist(), rest.peak.tolist(), rest.multipliers.tolist()] == [whole.omega.tolist(), whole.peak.tolist(), whole.multipliers.tolist()]
+    # Another chain's file, other parameters, and one that was cut short: one sentence each, and nothing is written.
+    (tmp_path / "other.toml").write_text(PENDULUM.replace("0.05", "0.06"))
+    (tmp_path / "cut.json").write_text((tmp_path / "r.json").read_text()[:-400])
+    for words, told in (
+        (("other.toml", *ASKED[2:], "--resume", "r.json"), "is the digest of that response"),
+        ((*ASKED[1:], "--resume", "cut.json"), "no response can be read there"),
+        ((*ASKED[1:3], "gravity=9.8", *ASKED[4:], "--resume", "r.json"), "is the gravity of that response"),
+        ((*ASKED[1:], "--resume", "r.json", "--beyond", 9), "is none of the response's"),
+    ):
+        answer = command("response", *words, "--out", "never.json")
+        assert answer.code == 2 and told in answer.err and answer.err.count("\n") == 1, answer.err
+    assert not (tmp_path / "never.json").exists()
 
 
 def test_a_family_by_harmonics(command: Command, tmp_path: Path) -> None:

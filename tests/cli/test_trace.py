@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,10 +11,11 @@ import pytest
 from scipy.special import ellipk
 
 from phichain.app.commands.orbits import trace as traced
-from phichain.app.commands.orbits.options import progress_line
+from phichain.app.commands.orbits.options import amplitude, frequency, progress_line
 from phichain.app.commands.orbits.trace import carrying
-from phichain.continuation import Branch
-from phichain.orbits import Network
+from phichain.continuation import Branch, Reached
+from phichain.orbits import Network, trace
+from phichain.pipeline import build
 from phichain.scene.library import find_scene
 from tests.cli.conftest import Command
 
@@ -106,7 +108,7 @@ def test_a_spatial_chain_comes_back_turned(command: Command, tmp_path: Path) -> 
 def test_control_c_leaves_a_file_to_go_on_from(command: Command, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     told = []
 
-    def impatient(carts: int, quiet: bool):
+    def impatient(quiet: bool):
         def tell(point, step) -> None:
             told.append(point)
             if len(told) == 5:
@@ -130,6 +132,8 @@ def test_control_c_leaves_a_file_to_go_on_from(command: Command, monkeypatch: py
         (("--until", "amplitude=1", "--amplitude-max", 2), "amplitude_max"),
         (("--through", -1), "through"),
         (("--resume", "nothing.json"), "nothing.json"),
+        (("--start", "q=1; v=0; period=0.1"), "relative residual"),
+        (("--start", "q=1; v=0; period=0.1"), "come back more nearly"),
         (("--out", "f.pdf"), "json"),
         (("--step-max", 0), "step_max"),
     ],
@@ -172,16 +176,27 @@ def test_the_scene_that_is_shot_is_the_same_chain() -> None:
 
 
 def test_progress_is_for_terminals(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    assert progress_line(0) is None
+    assert progress_line() is None
     monkeypatch.setattr("sys.stderr.isatty", lambda: True)
-    tell = progress_line(0)
+    assert progress_line(quiet=True) is None
+    tell = progress_line()
     assert tell is not None
+    tell(Reached(("x", "theta_1", "theta_2", "theta_dot_1", "omega"), np.array([9.0, 0.5, -0.75, 8.0, 3.25]), 2.0), 0.01)
+    assert capsys.readouterr().err.endswith("1 points, amplitude 0.7500 rad, omega 3.25 rad/s, arclength 2.0000, step 0.01")
 
-    class Somewhere:
-        y, arclength = np.array([0.5, -0.75, 1.0]), 2.0
 
-    tell(Somewhere(), 0.01)
-    assert "amplitude 0.7500 rad" in capsys.readouterr().err
+@pytest.mark.parametrize("method", ["shooting", "one harmonic"])
+def test_what_is_told_on_the_way_is_amplitude_and_frequency_in_their_units(method: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Against the family itself, of a chain whose frequency is far from 1: unknowns are scaled while a run goes on."""
+    monkeypatch.setattr("sys.stderr.isatty", lambda: True)
+    told: list[Reached] = []
+    system = build(carrying(replace(find_scene("planar2"), gravity=981.0), method))
+    branch = trace(system, 2, until="amplitude=0.5", method=method, progress=lambda point, step: told.append(point))
+    assert len(told) == len(branch) - 1 and min(branch.points[:, -1]) > 60
+    for point, z in zip(told, branch.points[1:], strict=True):
+        assert point.z.tolist() == z.tolist()
+        assert amplitude(point) + frequency(point) == f"amplitude {max(abs(z[:-1])):.4f} rad, omega {z[-1]:.5g} rad/s, "
+
 
 def test_a_network_is_written_and_gone_on_with(command: Command, tmp_path: Path) -> None:
     """Two links up to a little beyond the odd loss; a family from a point of a file, and one from a state and a period."""

@@ -26,7 +26,7 @@ def test_control_c_on_the_way_to_the_orbit_ends_it_all(command: Command, monkeyp
     (tmp_path / "ending.toml").write_text(CHAIN)
     told = []
 
-    def impatient(carts: int, end: int = -1, quiet: bool = False):
+    def impatient(quiet: bool):
         def tell(point, step) -> None:
             told.append(point)
             if len(told) == 5:

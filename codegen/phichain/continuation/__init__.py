@@ -6,7 +6,7 @@ from phichain.continuation.engine import Engine
 from phichain.continuation.events import BranchPoint, Extremum, Fold, Level, Quantity, TestFunction
 from phichain.continuation.met.specials import Passage, Special
 from phichain.continuation.options import Options
-from phichain.continuation.point import Point
+from phichain.continuation.point import Point, Reached
 from phichain.continuation.problem import Evaluation, Extra, Problem
 
 __all__ = [
@@ -23,6 +23,7 @@ __all__ = [
     "Point",
     "Problem",
     "Quantity",
+    "Reached",
     "Special",
     "TestFunction",
     "follow",

@@ -22,7 +22,7 @@ from phichain.continuation.met.locate import locate, values_at
 from phichain.continuation.met.pairs import pairs_of
 from phichain.continuation.met.passage import NARROW
 from phichain.continuation.met.specials import Passage, Special, is_same
-from phichain.continuation.point import Point, tangent_of
+from phichain.continuation.point import Point, Reached, tangent_of
 from phichain.continuation.predictors import TOUCHED
 from phichain.continuation.problem import Problem
 from phichain.continuation.record import demand_unknowns, joined, point_of, record
@@ -30,9 +30,9 @@ from phichain.continuation.steps import StepTooSmallError, is_closed
 from phichain.errors import ConvergenceError
 from phichain.system import Vector
 
-Progress = Callable[[Point, float], None]
-"""Told every new point and the step that will be tried after it."""
-_REMEMBERED = max(3, TOUCHED)
+Progress = Callable[[Reached, float], None]
+"""Told every new point, in unknowns, and the step that will be tried after it."""
+REMEMBERED = max(3, TOUCHED)
 """Points that a run looks back on, for its predictor and for a gap."""
 _SEEN = 3
 """Points before a step that help to find events in it."""
@@ -108,7 +108,7 @@ def follow(
             # Whoever is told every point is told it as soon as it is found.
             run.go_on(1 if progress is not None else engine.options.max_points - len(run.points) + first - 1)
             if progress is not None:
-                progress(run.points[-1], run.step)
+                progress(Reached(problem.names, run.points[-1].z(problem), run.points[-1].arclength), run.step)
         except StepTooSmallError:
             run.end("step", f"a step below step_min = {engine.options.step_min:g} would be needed")
         except np.linalg.LinAlgError as failure:
@@ -121,13 +121,13 @@ def follow(
         problem, run.points, run.specials, run.passages, (run.status, run.reason), name, regular=run.regular, step=run.step,
         tol=engine.options.tol,
     )
-    return own if isinstance(start, Point) else joined(start, own, min(start.regular, _REMEMBERED))
+    return own if isinstance(start, Point) else joined(start, own, min(start.regular, REMEMBERED))
 
 
 def _resumed(problem: Problem, earlier: Branch, engine: Engine, tests: Sequence[TestFunction], through: float) -> _Run:
     """A run that stands where an earlier one stood at the last of its own points."""
     demand_unknowns(problem, earlier)
-    near = range(max(0, earlier.regular - _REMEMBERED), earlier.regular)
+    near = range(max(0, earlier.regular - REMEMBERED), earlier.regular)
     points = [point_of(problem, earlier, k) for k in near]
     passed = [gap for gap in earlier.passages if gap.arclength >= points[0].arclength]
     crossed = [gap.arclength for gap in earlier.passages if gap.is_crossed]
@@ -192,10 +192,10 @@ class _Run:
     def _next(self, most: int) -> Stride:
         """The next step, of some that were taken at once."""
         if not self.queue:
-            last = self.points[-_REMEMBERED:]
-            values = [row for _, row in self.seen[1 - _REMEMBERED :]] + [self.values]
+            last = self.points[-REMEMBERED:]
+            values = [row for _, row in self.seen[1 - REMEMBERED :]] + [self.values]
             zeros = zeros_in(self.points[-2:], self.tests, (*self.known, *self.specials))
-            behind = Behind(last, self.sigma[-_REMEMBERED:], values, self.step, self._since, self.start, zeros)
+            behind = Behind(last, self.sigma[-REMEMBERED:], values, self.step, self._since, self.start, zeros)
             self.queue = strides(self.problem, behind, self.engine, self.watch, most)
         found = self.queue.pop(0)
         if isinstance(found, BaseException):

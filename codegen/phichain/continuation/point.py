@@ -59,6 +59,21 @@ class Point(Held):
         return self.tangent * problem.sizes
 
 
+@dataclass(frozen=True, eq=False)
+class Reached(Held):
+    """Where a run has come to, as it is told on the way.
+
+    Attributes:
+        names: Names of the unknowns.
+        z: The unknowns themselves (n + 1,).
+        arclength: s, from the start of the branch.
+    """
+
+    names: tuple[str, ...]
+    z: Vector
+    arclength: float
+
+
 def tangent_of(jacobian: Vector, along: Vector) -> Vector:
     """Unit null vector of an (n, n + 1) Jacobian, turned towards `along`.
 

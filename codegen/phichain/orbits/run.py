@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from phichain.continuation import Branch, Engine
 from phichain.continuation.core import Progress
 from phichain.errors import ArrayError
-from phichain.records import frozen
+from phichain.records import Shown, frozen
 from phichain.system import Parameters, System
 
 
@@ -32,17 +32,17 @@ class Run:
     progress: Progress | None = None
 
 
-def demand_same_values(field: str, system: System, branch: Branch, p: Parameters | None) -> None:
+def demand_same_values(field: str, system: System, branch: Shown, p: Parameters | None) -> None:
     """Refuse to go on from a family of the same scene whose runtime parameters had other values.
 
     Raises:
         ArrayError: They had, as far as the family says.
     """
-    given = frozen(system.values(p))
+    given, of = frozen(system.values(p)), "family" if isinstance(branch, Branch) else "response"
     for name, own in branch.p.items():
         if name in given and given[name] != own and not is_each(own, given[name]):
             raise ArrayError(
-                f"{field}.p.{name}", own, f"is the {name} of that family, and {given[name]} is given here", "give the values that it was traced with",
+                f"{field}.p.{name}", own, f"is the {name} of that {of}, and {given[name]} is given here", f"give the values that it was {'traced' if of == 'family' else 'followed'} with",
             )
 
 

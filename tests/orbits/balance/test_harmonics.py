@@ -10,6 +10,7 @@ from typing import Any
 import mpmath
 import numpy as np
 import pytest
+from scipy.special import ellipkm1
 
 from phichain.continuation import Engine, Options, start_on
 from phichain.errors import ArrayError, UnsupportedError
@@ -126,6 +127,14 @@ def test_long_series_are_handed_to_shooting() -> None:
     alone = trace(summed(2, shoots=False), method="harmonics", until="theta_1=-2.5", harmonics=short)
     assert "shooting would go on, and the system lacks the functions propagate" in alone.reason and "not reached" in alone.reason
     assert np.max(alone.error) <= 1.01e-12
+
+
+def test_a_family_ends_where_its_rest_is_an_equilibrium() -> None:
+    """Below the top, where the period grows without bound, and with no event before: beyond it there are no such orbits, whatever the target."""
+    branch = trace(summed(1), method="harmonics", until="amplitude=3.5", harmonics=Harmonics(most=15))
+    assert [event.kind for event in branch.events] == ["rest at an equilibrium"] and branch.reason.endswith("amplitude = 3.5 was not reached")
+    left = np.pi - branch.points[-1, 0]
+    assert 2e-5 < left < 6e-5 and branch.points[-1, 1] == pytest.approx(np.pi * np.sqrt(9.81 / 0.5) / (2 * ellipkm1(np.sin(left / 2) ** 2)), rel=1e-10)
 
 
 def test_a_run_is_gone_on_with_before_and_behind_the_seam(tmp_path) -> None:

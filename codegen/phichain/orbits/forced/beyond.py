@@ -14,6 +14,7 @@ from typing import Any, Final
 import numpy as np
 
 from phichain.continuation import (
+    Branch,
     BranchPoint,
     Engine,
     Fold,
@@ -28,6 +29,7 @@ from phichain.continuation import (
 from phichain.continuation.core import Progress
 from phichain.errors import ArrayError, ConvergenceError
 from phichain.orbits.forced.by_shooting import motion_of
+from phichain.orbits.forced.checkpoint import Checkpoint
 from phichain.orbits.forced.floquet import circle_of, plus_one
 from phichain.orbits.forced.flow import EmittedFlow
 from phichain.orbits.forced.forcing import Forcing
@@ -74,12 +76,34 @@ def beyond(
     event = first.events[number - 1]
     if event.kind not in OPENED:
         raise ArrayError("beyond", event.kind, "opens no branch", f"choose an event that is one of {', '.join(OPENED)}")
-    moved: ForcedFlow = EmittedFlow(system, forcing, p) if flow is None else flow
-    periods = first.periods * OPENED[event.kind]
-    problem = shooting_problem(system, forcing, moved, omega=max(ends), periods=periods)
-    before = shooting_problem(system, forcing, moved, omega=max(ends), periods=first.periods if periods > first.periods else None)
     z = np.concatenate([event.q, event.v, [event.omega]])
-    start = _entered(problem, z, engine)
+    made = _followed(system, forcing, event.kind, first.periods * OPENED[event.kind], ends, p, flow, engine, progress, z)
+    return replace(made, name=f"{made.name}, beyond the {event.kind} at {event.omega:.9g} rad/s")
+
+
+def gone_on(
+    system: System, forcing: Forcing, earlier: Response, at: Checkpoint, ends: tuple[float, float], p: Parameters | None,
+    flow: ForcedFlow | None, engine: Engine, progress: Progress | None,
+) -> Response:  # fmt: skip
+    """The same, gone on with from where it stands.
+
+    Raises:
+        UnsupportedError: The system has no flow that is forced there.
+    """
+    made = _followed(system, forcing, at.opened, earlier.periods, ends, p, flow, engine, progress, at.branch)
+    return replace(made, name=earlier.name)
+
+
+def _followed(
+    system: System, forcing: Forcing, kind: str, periods: int, ends: tuple[float, float], p: Parameters | None, flow: ForcedFlow | None,
+    engine: Engine, progress: Progress | None, begin: Vector | Branch,
+) -> Response:  # fmt: skip
+    """The branch that an event of some kind opens at the unknowns z, of motions of so many periods; or what there is of it."""
+    moved: ForcedFlow = EmittedFlow(system, forcing, p) if flow is None else flow
+    typical = float(begin.scale[-1]) if isinstance(begin, Branch) else max(ends)
+    problem = shooting_problem(system, forcing, moved, omega=typical, periods=periods)
+    shorter = None if OPENED[kind] == 1 else periods // OPENED[kind]
+    before = shooting_problem(system, forcing, moved, omega=typical, periods=shorter)
 
     def regained(problem: Problem, point: Point) -> bool:
         at = point.z(problem)
@@ -91,12 +115,13 @@ def beyond(
         Level(lambda z: float(z[-1]), low, "end of the range", held=lambda z: (len(z) - 1, low)),
         Level(lambda z: float(z[-1]), high, "end of the range", held=lambda z: (len(z) - 1, high)),
     ]  # fmt: skip
+    start = begin if isinstance(begin, Branch) else _entered(problem, begin, engine)
     branch = follow(problem, start, engine, tests, "response", progress=progress)
     reason = branch.reason
     if branch.status == "event" and branch.events[-1].kind == "branch point":
-        reason = "ended where it has again what it lost: the motion's symmetry" if periods == first.periods else "ended at a motion of half its period"
+        reason = "ended where it has again what it lost: the motion's symmetry" if shorter is None else "ended at a motion of half its period"
     made = response_of(system, forcing, replace(branch, reason=reason), "shooting", motion_of(system, forcing, moved, periods), periods)
-    return replace(made, name=f"{made.name}, beyond the {event.kind} at {event.omega:.9g} rad/s")
+    return replace(made, checkpoint=Checkpoint(branch, opened=kind))
 
 
 def _entered(problem: Problem, z: Vector, engine: Engine) -> Point:

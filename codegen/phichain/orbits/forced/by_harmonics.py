@@ -7,18 +7,20 @@ from typing import Final
 
 import numpy as np
 
-from phichain.continuation import Engine, Evaluation, Point, Problem, follow, start_on
+from phichain.continuation import Branch, Engine, Point, Problem, follow, start_on
 from phichain.continuation.core import Progress
 from phichain.errors import ConvergenceError, UnsupportedError
 from phichain.orbits.forced import by_shooting
 from phichain.orbits.forced.begun import begun, towards
+from phichain.orbits.forced.checkpoint import Checkpoint
 from phichain.orbits.forced.floquet import tests_of
 from phichain.orbits.forced.flow import EmittedFlow
 from phichain.orbits.forced.forcing import Forcing
-from phichain.orbits.forced.made import Motion, ends_of, response_of
+from phichain.orbits.forced.made import Motion, begun_of, ends_of, response_of
 from phichain.orbits.forced.response import Response
 from phichain.orbits.forced.series import NEEDED, Found, forced_problem, least_outer, outer_of, table_of
-from phichain.orbits.harmonics.elimination import Harmonics
+from phichain.orbits.forced.solved import Record
+from phichain.orbits.harmonics.elimination import Harmonics, Memory
 from phichain.system import Parameters, System, Vector
 
 USUAL: Final = Harmonics(tail=1e-8)
@@ -44,9 +46,9 @@ class _Unresolved:
 
 def followed(
     system: System, forcing: Forcing, ends: tuple[float, float], p: Parameters | None, wanted: Harmonics, engine: Engine,
-    progress: Progress | None,
+    progress: Progress | None, earlier: Response | None = None,
 ) -> Response:  # fmt: skip
-    """The response between two frequencies.
+    """The response between two frequencies, or an earlier one gone on with.
 
     Raises:
         UnsupportedError: The system lacks what the balance needs.
@@ -59,65 +61,71 @@ def followed(
             "method", "harmonics", f"system '{system.name}' lacks {lacks}", f"build its scene with [functions] want = {list(NEEDED)}"
         )
     few, many = least_outer(forcing), outer_of(system, forcing, p, min(ends))
-    if few < many:
+    at = None if earlier is None else earlier.checkpoint
+    if earlier is not None and at is not None and at.why:
+        first = begun_of(earlier, at)
+        return by_shooting.gone_on(system, forcing, ends, EmittedFlow(system, forcing, p), engine, progress, first, at.why, at.branch)
+    own = few if at is None else (len(at.branch.names) - 1) // system.nq
+    # A run that is gone on with has as many as it had, whatever the range is now.
+    many = many if own == few else own
+    if own == few < many:
         # Where a higher harmonic resonates nothing can be eliminated; that shows by steps that shrink, and is rare where there are losses.
         quick = replace(engine, options=replace(engine.options, step_min=min(_COARSE, engine.options.step)))
         try:
-            found = _followed(system, forcing, ends, p, wanted, quick, progress, few)
+            found = _followed(system, forcing, ends, p, wanted, quick, progress, few, at)
         except ConvergenceError:
             found = None
         if found is not None and found.status != "step":
             return found
-    return _followed(system, forcing, ends, p, wanted, engine, progress, many)
+        at = None
+    return _followed(system, forcing, ends, p, wanted, engine, progress, many, at)
 
 
 def _followed(
     system: System, forcing: Forcing, ends: tuple[float, float], p: Parameters | None, wanted: Harmonics, engine: Engine,
-    progress: Progress | None, outer: int,
+    progress: Progress | None, outer: int, earlier: Checkpoint | None,
 ) -> Response:  # fmt: skip
     """The response with so many functions that are not eliminated."""
 
-    def problem_of(amplitude: float) -> Problem:
-        return forced_problem(system, replace(forcing, amplitude=amplitude), p, omega=max(ends), outer=outer, harmonics=wanted)
+    memory, typical = Memory(), max(ends) if earlier is None else float(earlier.branch.scale[-1])
 
-    problem, seen = _remembering(problem_of(forcing.amplitude))
-    z = begun(problem_of, forcing.amplitude, np.append(np.zeros(outer * system.nq), ends[0]), ends, engine)
-    start = start_on(problem, z, towards(z, ends), engine, fixed=True)
-    if isinstance(start.extra, Found) and (left := start.extra.series.tail) > wanted.tail:
-        raise ConvergenceError(
-            "harmonics", wanted.most, f"leave a tail of {left:.2g} at the first frequency, above {wanted.tail:g}",
-            'allow more of them or a longer tail, lower the amplitude, or use method = "shooting"',
-        )  # fmt: skip
+    def problem_of(amplitude: float, memory: Memory | None = None) -> Problem:
+        own = replace(forcing, amplitude=amplitude)
+        return forced_problem(system, own, p, omega=typical, outer=outer, harmonics=wanted, memory=memory)
+
+    record = Record(problem_of(forcing.amplitude, memory), memory)
+    first: Point | Branch
+    if earlier is None:
+        z = begun(problem_of, forcing.amplitude, np.append(np.zeros(outer * system.nq), ends[0]), ends, engine)
+        first = start_on(record.problem, z, towards(z, ends), engine, fixed=True)
+        if isinstance(first.extra, Found) and (left := first.extra.series.tail) > wanted.tail:
+            raise ConvergenceError(
+                "harmonics", wanted.most, f"leave a tail of {left:.2g} at the first frequency, above {wanted.tail:g}",
+                'allow more of them or a longer tail, lower the amplitude, or use method = "shooting"',
+            )  # fmt: skip
+        record.take(first.z(record.problem))
+    else:
+        record.restore(earlier, system, forcing, p)
+        first = earlier.branch
     tests = [*tests_of(system, forcing.is_odd), _Unresolved(wanted), *ends_of(ends)]
-    branch = follow(problem, start, engine, tests, "response", progress=progress)
+    branch = follow(record.problem, first, engine, tests, "response", progress=record.told(progress))
+    checkpoint = record.checkpoint(branch)
 
     def motion(z: Vector) -> Motion:
-        if z.tobytes() not in seen:
-            problem.evaluate(z)
-        coefficients = seen[z.tobytes()]
+        coefficients = record.series(z)
         return Motion(table_of(forcing, len(coefficients)), coefficients, float(z[-1]))
 
+    def told(branch: Branch) -> Response:
+        return replace(response_of(system, forcing, branch, "harmonics", motion), checkpoint=checkpoint)
+
     if branch.status != "event" or branch.events[-1].kind != UNRESOLVED:
-        return response_of(system, forcing, branch, "harmonics", motion)
+        return told(branch)
     # The last point is the one whose tail is as long as it may be.
     why = f"the harmonics up to {wanted.most} leave a tail above {wanted.tail:g} from omega = {branch.events[-1].z[-1]:.6g} on"
     whole = replace(branch, events=branch.events[:-1])
     try:
         flow = EmittedFlow(system, forcing, p)
     except UnsupportedError as lacking:
-        return response_of(system, forcing, replace(whole, reason=f"{why}, where {lacking.remedy}"), "harmonics", motion)
-    first = response_of(system, forcing, whole, "harmonics", motion)
-    return by_shooting.gone_on(system, forcing, ends, flow, engine, progress, first, why)
+        return told(replace(whole, reason=f"{why}, where {lacking.remedy}"))
+    return by_shooting.gone_on(system, forcing, ends, flow, engine, progress, told(whole), why)
 
-
-def _remembering(problem: Problem) -> tuple[Problem, dict[bytes, Vector]]:
-    """The problem, and the coefficients of everything that it finds, by the unknowns' bytes."""
-    seen: dict[bytes, Vector] = {}
-
-    def evaluate(z: Vector) -> Evaluation:
-        found = problem.evaluate(z)
-        if isinstance(found.extra, Found):
-            seen[z.tobytes()] = found.extra.series.coefficients
-        return found
-
-    return replace(problem, evaluate=evaluate), seen

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 
 from phichain.continuation import Branch, Level, Special, TestFunction
+from phichain.orbits.forced.checkpoint import Checkpoint
 from phichain.orbits.forced.floquet import SAID, genuine
 from phichain.orbits.forced.forcing import Forcing
 from phichain.orbits.forced.response import Response, ResponseEvent
@@ -19,6 +20,8 @@ from phichain.system import System, Vector
 _SAMPLES: Final = 4
 """Samples for each harmonic, among which the peak is looked for before Newton's iteration finds it."""
 _NEWTON: Final = 4
+JOINED: Final = ("omega", "q", "v", "peak", "first", "multipliers", "error", "residual")
+"""What a response has at every point, besides the arclength."""
 _OUTSIDE: Final = 1e-3
 """Share of the range beyond its start at which a run that came back ends."""
 
@@ -84,6 +87,12 @@ def response_of(
         np.full(len(branch), np.nan) if branch.error is None else branch.error, branch.residual, branch.arclength, events,
         branch.status, branch.reason + beyond, periods, branch.tol,
     )  # fmt: skip
+
+
+def begun_of(found: Response, at: Checkpoint) -> Response:
+    """The part of a response that comes before the run that it stands on."""
+    arrays = {name: getattr(found, name)[: at.before + 1] for name in (*JOINED, "arclength")}
+    return replace(found, **arrays, events=found.events[: at.events])
 
 
 def _event(event: Special, motion: Motion) -> ResponseEvent:

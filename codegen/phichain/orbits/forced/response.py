@@ -25,14 +25,14 @@ from phichain.archive import (
     whole,
     word,
 )
-from phichain.continuation.document import pairs, values_of
+from phichain.continuation.document import pairs, reading_document, values_of
 from phichain.continuation.met.specials import STATUS
-from phichain.errors import ArrayError, OutputError
-from phichain.reading import parse_json, read_regular, text_of
+from phichain.errors import ArrayError
+from phichain.orbits.forced.checkpoint import Checkpoint, checkpoint_of
+from phichain.reading import text_of
 from phichain.records import Held, Shown, columns_of, write_csv, write_json, write_npz
 from phichain.system import Vector
 
-_LARGEST: Final = 2**28
 _ARRAYS: Final = {
     "omega": real("m"),
     "q": real("m", "n"),
@@ -127,6 +127,7 @@ class Response(Shown):
         reason: The same in words.
         periods: How many periods of the forcing a motion takes to come back: 2, 4, .. beyond period doublings.
         tol: Newton's tolerance; 0 in files from before it was kept.
+        checkpoint: Where the run stands, to be gone on with; None of what was read from .npz.
     """
 
     name: str
@@ -152,6 +153,7 @@ class Response(Shown):
     reason: str
     periods: int = 1
     tol: float = 0.0
+    checkpoint: Checkpoint | None = None
 
     def __len__(self) -> int:
         return len(self.omega)
@@ -229,7 +231,7 @@ class Response(Shown):
         }  # fmt: skip
 
     def to_json(self, path: Path | str) -> Path:
-        """What programs of other kinds read, 17 digits; `from_json` reads it back."""
+        """What programs of other kinds read, 17 digits; `from_json` reads it back, and runs go on from it."""
         points = [
             {
                 "start": {"q": self.q[k].tolist(), "v": self.v[k].tolist()}, "omega": float(self.omega[k]), "peak": self.peak[k].tolist(),
@@ -247,7 +249,8 @@ class Response(Shown):
             for event in self.events
         ]  # fmt: skip
         said = {name: getattr(self, name) for name in (*_TEXTS, *_SAID)}
-        return write_json(path, "response", {**said, "names": list(self.names), "points": points, "events": events})
+        stands = {} if self.checkpoint is None else {"checkpoint": self.checkpoint.document()}
+        return write_json(path, "response", {**said, "names": list(self.names), "points": points, "events": events, **stands})
 
     @classmethod
     def from_json(cls, path: Path | str) -> Response:
@@ -256,20 +259,13 @@ class Response(Shown):
         Raises:
             OutputError: The file is missing, cut short, or holds no Response.
         """
-        try:
-            found = parse_json(read_regular(path, _LARGEST))
-            if not isinstance(found, dict) or found.get("kind") != "response" or not found["points"] or found["status"] not in STATUS:
-                raise ValueError('it is no {"kind": "response", ...} with points')
-            return _POSSIBLE.demand(path, cls(**_fields(found)))
-        except (OSError, ValueError, KeyError, TypeError, IndexError, OverflowError, RecursionError, MemoryError) as failure:
-            why = f"it lacks {failure}" if isinstance(failure, KeyError) else str(failure) or type(failure).__name__
-            raise OutputError(
-                "path", str(path), f"no response can be read there: {why}", "name a JSON file that a Response wrote, whole"
-            ) from failure
+        return _POSSIBLE.demand(path, cls(**reading_document(path, "response", lambda found: _fields(found, path))))
 
 
-def _fields(found: Mapping[str, Any]) -> dict[str, Any]:
+def _fields(found: Mapping[str, Any], path: Path | str) -> dict[str, Any]:
     rows, m, n = found["points"], len(found["points"]), len(found["names"])
+    if not rows or found["status"] not in STATUS:
+        raise ValueError("it has no points, or another status than a run ends with")
 
     def table(values: list[Any], *shape: int) -> Vector:
         array = np.array(values, dtype=float)
@@ -291,6 +287,7 @@ def _fields(found: Mapping[str, Any]) -> dict[str, Any]:
         "q": table([row["start"]["q"] for row in rows], m, n), "v": table([row["start"]["v"] for row in rows], m, n),
         "peak": table([row["peak"] for row in rows], m, n), "first": np.array([_numbers(row["first"]) for row in rows]),
         "multipliers": np.array([_numbers(row["multipliers"]) for row in rows]), "events": events,
+        "checkpoint": checkpoint_of(found.get("checkpoint"), path, m, len(events)),
     }  # fmt: skip
 
 

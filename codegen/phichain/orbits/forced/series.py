@@ -72,8 +72,9 @@ def outer_of(system: System, forcing: Forcing, p: Parameters | None, slowest: fl
 
 
 def forced_problem(
-    system: System, forcing: Forcing, p: Parameters | None = None, *, omega: float, outer: int, harmonics: Harmonics | None = None
-) -> Problem:
+    system: System, forcing: Forcing, p: Parameters | None = None, *, omega: float, outer: int, harmonics: Harmonics | None = None,
+    memory: Memory | None = None,
+) -> Problem:  # fmt: skip
     """The balance of all harmonics as a continuation problem with the multipliers of every solution.
 
     Its points carry `Found`, and the tail of the spectrum as their error. Unknowns are the lowest coefficients and omega.
@@ -85,8 +86,9 @@ def forced_problem(
         omega: Typical frequency, rad/s.
         outer: How many functions are not eliminated (`outer_of`).
         harmonics: How many are kept.
+        memory: Solutions that the next ones are guessed from; none yet unless given.
     """
-    n, kind, memory, wanted = system.nq, kind_of(forcing), Memory(), harmonics or Harmonics()
+    n, kind, memory, wanted = system.nq, kind_of(forcing), memory or Memory(), harmonics or Harmonics()
     split = Split(
         kind, outer, lambda z, higher: np.concatenate([z[:-1].reshape(outer, n), higher]), _balance(system, forcing, p),
         lambda slopes: slopes[:, outer:].reshape(len(slopes), -1), lambda slopes: slopes[:, :outer].reshape(len(slopes), -1),

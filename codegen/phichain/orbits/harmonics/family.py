@@ -103,7 +103,9 @@ def trace_harmonics(
     if judge is None:
         missing = shooting.lacks(system)
         return replace(branch, reason=f"{branch.reason}; {why}: shooting would go on, and the system lacks {missing}")
-    return judge.goes_on(branch, why, run.engine, [*tests, *ends], name, run.through, run.progress)
+    # Series get too long before a rest is an equilibrium.
+    upright = shooting.equilibrium_end(judge.problem, system.cart_size)
+    return judge.goes_on(branch, why, run.engine, [*tests, *ends, *upright], name, run.through, run.progress)
 
 
 def _is_whole(problem: Problem, branch: Branch, wanted: Harmonics) -> bool:

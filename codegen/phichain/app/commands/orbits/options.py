@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 import time
 from collections.abc import Callable
@@ -14,13 +15,16 @@ import typer
 from phichain.app.outputs import out_option
 
 if TYPE_CHECKING:
-    from phichain.continuation import Point
+    from phichain.continuation import Reached
+    from phichain.continuation.core import Progress
     from phichain.scene import Scene
 
 _TICK: Final = 0.1
 """Seconds between two states of the progress line."""
 _CLEAR: Final = "\r\x1b[K"
 """What wipes a line of a terminal."""
+_ANGLE: Final = re.compile(r"(amplitude_)?theta_\d+")
+"""Unknowns that are angles, or the amplitudes of angles."""
 _INTERRUPTED: Final = 130
 """Exit code of what Ctrl-C ended."""
 
@@ -52,18 +56,18 @@ def limits_of(step_max: float | None, max_points: int | None) -> dict[str, Any]:
     return {name: value for name, value in (("step_max", step_max), ("max_points", max_points)) if value is not None}
 
 
-def ticking(told: Callable[[Point], str], quiet: bool = False) -> Callable[[Point, float], None] | None:
+def ticking(told: Callable[[Reached], str], quiet: bool = False) -> Progress | None:
     """A line that says how far a run is, on a terminal only.
 
     Args:
-        told: A point -> what is said of it.
+        told: Where a run has come to -> what is said of it.
         quiet: Whether nothing is to be said.
     """
     if quiet or not sys.stderr.isatty():
         return None
     state: dict[str, Any] = {"last": 0.0, "points": 0}
 
-    def tell(point: Point, step: float) -> None:
+    def tell(point: Reached, step: float) -> None:
         state["points"] += 1
         if (now := time.monotonic()) - state["last"] < _TICK:
             return
@@ -74,9 +78,20 @@ def ticking(told: Callable[[Point], str], quiet: bool = False) -> Callable[[Poin
     return tell
 
 
-def progress_line(carts: int, end: int = -1, quiet: bool = False) -> Callable[[Point, float], None] | None:
-    """The same with the largest angle of the start: the unknowns from `carts` to `end`."""
-    return ticking(lambda point: f"amplitude {max(map(abs, point.y[carts:end])):.4f} rad, ", quiet)
+def progress_line(quiet: bool = False) -> Progress | None:
+    """The same with the largest angle of the start, where its angles are unknowns, and the frequency."""
+    return ticking(lambda point: amplitude(point) + frequency(point), quiet)
+
+
+def amplitude(point: Reached) -> str:
+    """The largest angle among the unknowns, in words; nothing where there is none."""
+    angles = [abs(value) for name, value in zip(point.names, point.z, strict=True) if _ANGLE.fullmatch(name)]
+    return f"amplitude {max(angles):.4f} rad, " if angles else ""
+
+
+def frequency(point: Reached) -> str:
+    """The frequency in words."""
+    return f"omega {point.z[point.names.index('omega')]:.5g} rad/s, " if "omega" in point.names else ""
 
 
 def clear_line() -> None:

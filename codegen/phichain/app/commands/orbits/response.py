@@ -15,6 +15,7 @@ from phichain.app.commands.orbits.options import (
     SceneWord,
     StepMax,
     clear_line,
+    frequency,
     in_double,
     leave,
     limits_of,
@@ -49,6 +50,7 @@ def response(
         list[int] | None,
         typer.Option(metavar="K", help="Then follow what event K opens (lost symmetry, doubled period) instead; repeated, an event of that."),
     ] = None,
+    resume: Annotated[Path | None, typer.Option(metavar="FILE.json", help="Go on with what an earlier run left.")] = None,
     step_max: StepMax = None,
     max_points: MaxPoints = None,
     settings: Settings = None,
@@ -56,7 +58,7 @@ def response(
     quiet: said.Quiet = False,
     as_json: said.AsJson = False,
 ) -> None:
-    """Follow the periodic motions under A cos(omega t) from one frequency to another, through folds, with their stability."""
+    """Follow the periodic motions under A cos(omega t) from one frequency to another, through folds, with their stability; Ctrl-C ends it, and it goes on."""
     from phichain.orbits.forced import respond
     from phichain.orbits.forced.forcing import amplitude_of, demand_planar, range_of
     from phichain.pipeline import build as built
@@ -72,8 +74,10 @@ def response(
     # The file is to name the scene that was given, whatever functions this command needed of it besides.
     system = replace(system, digest=chosen.digest)
     system = with_values(system, chosen, settings)
-    steps, progress = limits_of(step_max, max_points), ticking(lambda _: "", quiet)
-    found = respond(system, place, size, ends, axis=axis, method=method, harmonics=harmonics, limits=steps, progress=progress)
+    steps, progress = limits_of(step_max, max_points), ticking(frequency, quiet)
+    found = respond(
+        system, place, size, ends, axis=axis, method=method, harmonics=harmonics, resume=resume, limits=steps, progress=progress
+    )
     for event in beyond or []:
         if found.status == "interrupted":
             break

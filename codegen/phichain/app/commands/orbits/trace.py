@@ -99,7 +99,7 @@ def trace(
         system, mode, amplitude_max if is_free else 3.0, method=method, until=until, through=through, switch=switch, resume=resume,
         limits=limits_of(step_max, max_points),
         generations=generations, start=start, hold=hold, harmonics=harmonics,
-        progress=progress_line(system.cart_size if system.is_planar else int(system.has_cart), quiet=quiet),
+        progress=progress_line(quiet),
     )  # fmt: skip
     clear_line()
     said.say(branch, quiet, as_json)

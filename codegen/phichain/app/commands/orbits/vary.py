@@ -85,10 +85,9 @@ def vary(
     turned, values = turning(in_double(chosen, quiet), parameter.split("[")[0].strip())
     values = values_given(turned, settings, values)
     system = replace(build(turned), digest=chosen.digest)
-    carts = system.cart_size if system.is_planar else int(system.has_cart)
     begun: Any = start
     if start is None and resume is None:
-        family = _family(system, mode, method, at, values, progress_line(carts, quiet=quiet))
+        family = _family(system, mode, method, at, values, progress_line(quiet))
         clear_line()
         if family.status == "interrupted":
             # Where it was ended is not the orbit that was asked for.
@@ -99,7 +98,7 @@ def vary(
         begun, hold = (family, hold or at.partition("=")[0].strip()) if event is None else ((family, _event(family, event)), event)
     branch = varied(
         system, parameter, begun, until, hold=hold, p=values, resume=resume, options=limited(SETTINGS, limits_of(step_max, max_points)),
-        progress=progress_line(carts, carts + system.links, quiet),
+        progress=progress_line(quiet),
     )  # fmt: skip
     clear_line()
     said.say(branch, quiet, as_json)
