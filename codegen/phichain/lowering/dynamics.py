@@ -10,6 +10,8 @@ from phichain.lowering.chain.base import Carried, carried, on_wall
 from phichain.lowering.chain.body import has_points
 from phichain.lowering.chain.light_carriers import carries_lightly
 from phichain.lowering.chain.parameters import Parameters
+from phichain.lowering.chain.time_unit import time_unit
+from phichain.lowering.chain.units import Units, units_of_links, units_where
 from phichain.lowering.planar import articulated as planar_articulated
 from phichain.lowering.planar import tension as planar_tension
 from phichain.lowering.planar.both_ends import base_side
@@ -44,7 +46,14 @@ def in_units_of_links(scene: Scene) -> bool:
     return by_tensions(scene) or (not scene.is_planar and mobilities.suits(scene))
 
 
-@writes("forward_dynamics", space="planar", own_units=in_units_of_links, lumped=True)
+def planar_units(scene: Scene) -> Units:
+    """Units of a planar chain's accelerations; rotors' are those of SI, and so are others' but for time (`time_unit`)."""
+    if in_units_of_links(scene):
+        return units_of_links(scene)
+    return Units(time=time_unit(scene)) if scene.armature is None else Units()
+
+
+@writes("forward_dynamics", space="planar", units=planar_units, lumped=True)
 def planar_forward_dynamics(
     builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, v: ArrayRef, a: ArrayRef, u: ArrayRef | None = None
 ) -> None:
@@ -52,7 +61,7 @@ def planar_forward_dynamics(
     _planar(builder, scene, parameters, {"q": q, "v": v, "a": a} | ({} if u is None else {"u": u}), _in_lanes)
 
 
-@helps(OF_MANY, "The accelerations in the fewest operations.", own_units=in_units_of_links, lumped=True)
+@helps(OF_MANY, "The accelerations in the fewest operations.", units=planar_units, lumped=True)
 def dynamics_of_many(builder: Builder, scene: Scene, parameters: Parameters) -> None:
     """The Program `dynamics_of_many`: q, v[, u] -> a of a planar chain, for vectors that hold a number of every state."""
     _planar(builder, scene, parameters, declared(builder, scene, "forward_dynamics"), _by_scalars)
@@ -67,10 +76,14 @@ def _planar(
     builder: Builder, scene: Scene, parameters: Parameters, given: dict[str, ArrayRef], form_of: Callable[[Scene], Form]
 ) -> None:
     q, v, a, u = given["q"], given["v"], given["a"], given.get("u")
-    base = carried(builder, scene, parameters, u)
-    state = planar_state(builder, base.scene, base.seen(q), base.seen(v))
+    base, time = carried(builder, scene, parameters, u), parameters.units.time
+    state = planar_state(builder, base.scene, base.seen(q), base.seen(v), time)
     base.write_cart(a)
-    form_of(base.scene)(builder, base.scene, base.parameters, state, base.u, base.seen(a))
+    found = base.seen(a) if time == 1 else builder.array("measured", base.scene.nv)
+    form_of(base.scene)(builder, base.scene, base.parameters, state, base.u, found)
+    if time != 1:
+        with builder.loop("k", 0, base.scene.nv) as loop:
+            base.seen(a)[loop.index] = found[loop.index] / time**2
 
 
 def _in_lanes(scene: Scene) -> Form:
@@ -92,7 +105,7 @@ def _by_scalars(scene: Scene) -> Form:
     return (planar_both_ends if base_side.suits(scene) else planar_articulated).accelerations
 
 
-@writes("forward_dynamics", space="spatial", own_units=in_units_of_links, lumped=True)
+@writes("forward_dynamics", space="spatial", units=units_where(in_units_of_links), lumped=True)
 def spatial_forward_dynamics(
     builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, v: ArrayRef, a: ArrayRef, u: ArrayRef | None = None
 ) -> None:
@@ -102,7 +115,7 @@ def spatial_forward_dynamics(
     _sweep(builder, base, base.seen(q), AngularVelocities(base.scene, base.seen(v), base.seen(a)))
 
 
-@helps("bent_dynamics", "The accelerations where springs are bent as given.", own_units=in_units_of_links, lumped=True)
+@helps("bent_dynamics", "The accelerations where springs are bent as given.", units=units_where(in_units_of_links), lumped=True)
 def bent_dynamics(builder: Builder, scene: Scene, parameters: Parameters) -> None:
     """The Program `bent_dynamics`: q, v, bend[, u] -> a of a sprung spatial chain, bend = q_{k-1} - q_k of every joint.
 
@@ -117,7 +130,7 @@ def bent_dynamics(builder: Builder, scene: Scene, parameters: Parameters) -> Non
     _sweep(builder, base, base.seen(q), AngularVelocities(base.scene, base.seen(v), base.seen(a), bend))
 
 
-@writes("direction_dynamics", own_units=in_units_of_links, lumped=True)
+@writes("direction_dynamics", units=units_where(in_units_of_links), lumped=True)
 def direction_dynamics(
     builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, q_dot: ArrayRef, q_ddot: ArrayRef,
     u: ArrayRef | None = None,

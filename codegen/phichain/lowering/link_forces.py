@@ -27,6 +27,7 @@ from phichain.ir.nodes import Program
 from phichain.lowering.algebra.vector import Vector, add, cross, dot, load, multiple, named, store, sub, zeros
 from phichain.lowering.chain.base import base_acceleration
 from phichain.lowering.chain.parameters import Parameters
+from phichain.lowering.chain.units import units_where
 from phichain.lowering.planar import tension as planar_tension
 from phichain.lowering.planar.functions import absolute_sincos
 from phichain.lowering.planar.joints import PlanarState, absolute, couples, planar_state
@@ -59,7 +60,7 @@ def are_uneven(scene: Scene) -> bool:
     return spread > _LARGEST_SPREAD and not is_braked
 
 
-@writes("tensions", space="planar", calls=("forward_dynamics",), own_units=are_multipliers)
+@writes("tensions", space="planar", calls=("forward_dynamics",), units=units_where(are_multipliers))
 def planar_tensions(
     builder: Builder, scene: Scene, parameters: Parameters, forward: Program, q: ArrayRef, v: ArrayRef, out: ArrayRef,
     u: ArrayRef | None = None,
@@ -99,7 +100,7 @@ def planar_tensions(
         loop.follow(beyond_y, sine[k] * force_x + cosine[k] * force_y)
 
 
-@writes("tensions", space="spatial", calls=("forward_dynamics",), own_units=are_multipliers)
+@writes("tensions", space="spatial", calls=("forward_dynamics",), units=units_where(are_multipliers))
 def spatial_tensions(
     builder: Builder, scene: Scene, parameters: Parameters, forward: Program, q: ArrayRef, v: ArrayRef, out: ArrayRef,
     u: ArrayRef | None = None,

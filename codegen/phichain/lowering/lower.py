@@ -177,7 +177,7 @@ class _Lowering:
         writer = WRITERS.of(name, self.scene.space)
         builder = Builder(name, writer.doc or ROWS[name].doc)
         scene = self._given(writer)
-        parameters = Parameters(builder, self.model, writer.own_units(scene), scene)
+        parameters = Parameters(builder, self.model, writer.units(scene), scene)
         callees = [self.program(callee) for callee in writer.calls]
         writer.write(builder, scene, parameters, *callees, **declared(builder, self.scene, name))
         return prune(builder.finish())

@@ -16,6 +16,7 @@ from typing import Any, Final, TypeVar
 from phichain.contract.functions import ROWS
 from phichain.contract.registry import ANY, Registry
 from phichain.ir.builder import ArrayRef, Builder
+from phichain.lowering.chain.units import Units, si
 from phichain.scene import Scene
 
 Write = TypeVar("Write", bound=Callable[..., None])
@@ -29,7 +30,7 @@ class Writer:
         write: records its operations.
         doc: its one-line description, where no row of the contract has one.
         calls: names of the Programs that it calls.
-        own_units: on which scenes it computes in units of its own (`Parameters`).
+        units: what it computes in (`Parameters`).
         suits: for a function that another one's derivative can stand for, on which scenes it keeps as many digits as that.
         lumped: whether it is given the point masses that rigid links move like, where there are such (`body`).
     """
@@ -37,7 +38,7 @@ class Writer:
     write: Callable[..., None]
     doc: str
     calls: tuple[str, ...]
-    own_units: Callable[[Scene], bool]
+    units: Callable[[Scene], Units]
     suits: Callable[[Scene], bool]
     lumped: bool = False
 
@@ -45,16 +46,12 @@ class Writer:
 WRITERS: Final[Registry[Writer]] = Registry("phichain.lowering", "writer")
 
 
-def _in_si_units(scene: Scene) -> bool:
-    return False
-
-
 def _everywhere(scene: Scene) -> bool:
     return True
 
 
 def writes(
-    name: str, *, space: str = ANY, calls: tuple[str, ...] = (), own_units: Callable[[Scene], bool] = _in_si_units,
+    name: str, *, space: str = ANY, calls: tuple[str, ...] = (), units: Callable[[Scene], Units] = si,
     suits: Callable[[Scene], bool] = _everywhere, lumped: bool = False,
 ) -> Callable[[Write], Write]:  # fmt: skip
     """Register the writer of a function of the contract.
@@ -63,18 +60,18 @@ def writes(
         name: the function.
         space: "planar" or "spatial" for a writer that serves such scenes alone.
         calls: the Programs that it calls, handed to it behind the parameters.
-        own_units: on which scenes it converts inputs and results by `parameters.units`.
+        units: what it computes in; it converts inputs and results by `parameters.units`.
         suits: see `Writer`.
         lumped: see `Writer`.
     """
-    return _registered(name, Writer(_nothing, "", calls, own_units, suits, lumped), space, True)
+    return _registered(name, Writer(_nothing, "", calls, units, suits, lumped), space, True)
 
 
 def helps(
-    name: str, doc: str, calls: tuple[str, ...] = (), *, own_units: Callable[[Scene], bool] = _in_si_units, lumped: bool = False
+    name: str, doc: str, calls: tuple[str, ...] = (), *, units: Callable[[Scene], Units] = si, lumped: bool = False
 ) -> Callable[[Write], Write]:
     """Register the writer of a Program that others call and no scene wants; it declares its own arguments."""
-    return _registered(name, Writer(_nothing, doc, calls, own_units, _everywhere, lumped), ANY, False)
+    return _registered(name, Writer(_nothing, doc, calls, units, _everywhere, lumped), ANY, False)
 
 
 def _nothing() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from fractions import Fraction
 from itertools import groupby
 from textwrap import wrap
 
@@ -13,8 +14,9 @@ from phichain.contract.quantity import Quantities, Quantity
 from phichain.emit.c.layout import WIDTH
 from phichain.emit.c.names import SIDE_BY_SIDE
 from phichain.emit.c.parts import words
+from phichain.lowering.chain.body import point_masses
 from phichain.lowering.chain.units import Units, units_of_links
-from phichain.lowering.dynamics import by_tensions
+from phichain.lowering.dynamics import by_tensions, planar_units
 from phichain.scene import Scene
 
 #: What stands behind a quantity's name: links, repetitions, the loop it is computed in, arrays that keep it for later.
@@ -54,6 +56,8 @@ class Comments:
         text = [line for source, rows in groupby(new, lambda pair: pair[0].source) for line in self._block(source, rows)]
         if known:
             text.append(f"{'Others' if text else 'Quantities'} are named as in {', '.join(known)}.")
+        if text and function == "forward_dynamics" and (second := _second(self.scene)) != 1:
+            text.append(f"What is made of rates has {second.numerator}/{second.denominator} s for s, which keeps it in range.")
         return (f"/* {doc}", " *", *(f" * {line}" for line in text), " */") if text else (f"/* {doc} */",)
 
     def _block(self, source: str, rows: Iterable[tuple[Quantities, Quantity]]) -> list[str]:
@@ -105,6 +109,11 @@ def _in_si(unit: str) -> str:
     for own, si in _SI:
         unit = re.sub(rf"(?<![A-Za-z]){re.escape(own)}(?![A-Za-z])", si, unit)
     return unit
+
+
+def _second(scene: Scene) -> Fraction:
+    """The unit of time of the dynamics, s."""
+    return planar_units(point_masses(scene)).time if scene.is_planar else Fraction(1)
 
 
 def _has_own_units(scene: Scene) -> bool:

@@ -15,7 +15,7 @@ from math import inf, prod
 
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
 from phichain.lowering.chain.body import Bodies, Links, is_folded
-from phichain.lowering.chain.units import Units, units_of_links
+from phichain.lowering.chain.units import Units
 from phichain.mechanics import Model
 from phichain.mechanics.symbols import Coefficient
 from phichain.scene import Scene
@@ -53,20 +53,19 @@ class Parameters:
     ``c_diagonal[k] = m_k r_k^2 + J_k + l_k^2 outer_mass[k]``; for i != j ``c_ij = length[min(i, j)] * mu[max(i, j)]``.
     """
 
-    def __init__(self, builder: Builder, model: Model, own_units: bool = False, scene: Scene | None = None) -> None:
+    def __init__(self, builder: Builder, model: Model, units: Units | None = None, scene: Scene | None = None) -> None:
         """Declare the runtime parameters and read the numbers.
 
         Args:
             builder: where the Program is recorded.
             model: the chain's mechanics.
-            own_units: measure a uniform chain in units of its own mass and length, so that they vanish from the code;
-                the caller converts inputs and results by `units`.
+            units: what to measure in, SI units where none are given; the caller converts inputs and results.
             scene: the chain whose masses and lengths to give instead of the model's own (`body.point_masses`).
         """
         scene = scene or model.scene
         self._builder, self._model, self._scene = builder, model, scene
         self._bodies: Bodies | None = None
-        self.units = units_of_links(scene) if own_units else Units()
+        self.units = units or Units()
         self._made: dict[str, ArrayRef] = {}
         self._base: tuple[Expr, ...] = ()
         self.links = scene.links
@@ -143,7 +142,7 @@ class Parameters:
         still = (*(zero for _ in range(size - 1)), self.gravity)
         if not self._base:
             return still
-        return tuple(own - given / self.units.length for own, given in zip(still, self._base, strict=True))
+        return tuple(own - given / self.units.acceleration for own, given in zip(still, self._base, strict=True))
 
     def carried(self, scene: Scene, acceleration: tuple[Expr, ...]) -> Parameters:
         """The same numbers as sweeps see them over a base with a given acceleration (m/s^2): those of another scene, on a wall."""
@@ -190,7 +189,7 @@ class Parameters:
     @property
     def c_diagonal(self) -> ArrayRef:
         """Second moments c_kk."""
-        if known := _numbers(self._model.c_diagonal, self.units.torque):
+        if known := _numbers(self._model.c_diagonal, self.units.inertia):
             return self._once("c_diagonal", lambda: self._builder.constants("c_diagonal", known))
         length, com, inertia = self.length, self.com, self.inertia
 

@@ -8,6 +8,7 @@ conjugate to its absolute angle phi_k. With phi = S theta, tau_phi = S^-T tau_th
 from __future__ import annotations
 
 from dataclasses import dataclass
+from fractions import Fraction
 
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index, Loop
 from phichain.lowering.chain.losses import brakes_cart, joint_drag, slows_joints, ties_links
@@ -25,7 +26,7 @@ class PlanarState:
 
     Attributes:
         angle: joint angles, N cells.
-        rate: absolute rates of the links, N cells.
+        rate: absolute rates of the links, in the Program's unit of time, N cells.
         joint_rate: rates of the joint angles, N cells.
         speed: x' of the cart, one cell; None where nothing resists it.
     """
@@ -112,17 +113,35 @@ def congruence(builder: Builder, scene: Scene, inner: ArrayRef, out: ArrayRef, n
         to_generalised(builder, scene, half.shifted(columns.index, links), out.shifted(columns.index, nv))
 
 
-def planar_state(builder: Builder, scene: Scene, q: ArrayRef, v: ArrayRef) -> PlanarState:
-    """Joint angles and rates of the argument arrays q and v (the cart's coordinate, if any, comes first in both)."""
+def planar_state(builder: Builder, scene: Scene, q: ArrayRef, v: ArrayRef, time: Fraction = Fraction(1)) -> PlanarState:
+    """Joint angles and rates of the argument arrays q and v (the cart's coordinate, if any, comes first in both).
+
+    Args:
+        builder: where the Program is recorded.
+        scene: the chain.
+        q: its configuration.
+        v: its rates.
+        time: unit of time of the links' rates, in s; what torques are made of stays in rad/s and m/s.
+    """
     offset = int(scene.has_cart)
     theta, theta_dot = q.shifted(offset), v.shifted(offset)
     slips = slows_joints(scene) or scene.armature is not None
     return PlanarState(
         angle=difference(builder, scene, "joint_angle", theta),
-        rate=absolute(builder, scene, "rate", theta_dot),
+        rate=_measured(builder, scene, absolute(builder, scene, "rate", theta_dot), time),
         joint_rate=difference(builder, scene, "joint_rate", theta_dot) if slips else theta_dot,
         speed=v if brakes_cart(scene) else None,
     )
+
+
+def _measured(builder: Builder, scene: Scene, rate: ArrayRef, time: Fraction) -> ArrayRef:
+    """Rates in 1 / time."""
+    if time == 1:
+        return rate
+    measured = builder.array("measured_rate", scene.links)
+    with builder.loop("k", 0, scene.links) as loop:
+        measured[loop.index] = time * rate[loop.index]
+    return measured
 
 
 def passive_torque(scene: Scene, parameters: Parameters, state: PlanarState, k: Index) -> Expr | None:

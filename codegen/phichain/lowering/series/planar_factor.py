@@ -11,6 +11,7 @@ from phichain.lowering.chain.base import carried
 from phichain.lowering.chain.body import point_masses
 from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.chain.planar_links import PlanarLinks
+from phichain.lowering.chain.units import units_of_links
 from phichain.lowering.planar.joint_state import rest_of_difference
 from phichain.lowering.planar.joints import absolute, difference, input_couples
 from phichain.lowering.series.dry import KINDS, Dry, places
@@ -57,7 +58,7 @@ def planar_factor(model: Model, layout: Layout, elimination: type[Factor]) -> Pr
     """Everything that is constant over a step, and rows 0, by one kind of `Factor`."""
     scene = point_masses(model.scene)
     builder = Builder("flow_factor", "Factor the mass matrix at the start of a step.")
-    parameters = Parameters(builder, model, True, scene)
+    parameters = Parameters(builder, model, units_of_links(scene), scene)
     q, v = builder.input("q", (scene.nq,), "configuration"), builder.input("v", (scene.nv,), "rates in scaled time")
     u = builder.input("u", (scene.nu,), "inputs") if scene.nu else None
     parameters = carried(builder, scene, parameters, u).parameters

@@ -11,6 +11,7 @@ from phichain.ir.passes import prune
 from phichain.lowering.chain.body import point_masses
 from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.chain.planar_links import PlanarLinks
+from phichain.lowering.chain.units import units_of_links
 from phichain.lowering.planar.joints import difference
 from phichain.lowering.series.dry import KINDS, Dry, places
 from phichain.lowering.series.held import Layout
@@ -23,7 +24,7 @@ def planar_order(model: Model, layout: Layout, substitution: type[Order]) -> Pro
     """Solve for the coefficients of order n + 1, by the kind of `Order` that goes with the factorisation."""
     scene = point_masses(model.scene)
     builder = Builder("flow_order", "Solve for the coefficients of order n + 1 of the Taylor series.")
-    parameters = Parameters(builder, model, True, scene)
+    parameters = Parameters(builder, model, units_of_links(scene), scene)
     held = builder.input(HELD, (layout.size,), "constants of the step")
     rubbing = places(scene)
     sums = builder.input(SUMS, (4 * scene.links + 2 * rubbing,), "sums of products of known coefficients")

@@ -24,6 +24,7 @@ from phichain.ir.passes import prune, unroll
 from phichain.lowering.chain.base import carried
 from phichain.lowering.chain.body import point_masses
 from phichain.lowering.chain.parameters import Parameters
+from phichain.lowering.chain.units import units_of_links
 from phichain.lowering.planar.joint_state import loses_bends
 from phichain.lowering.planar.joints import input_couples
 from phichain.lowering.series.dry import KINDS, Dry, places
@@ -79,7 +80,8 @@ def _holds_rest(scene: Scene) -> bool:
 def _factor(model: Model) -> Program:
     scene = model.scene
     builder = Builder("flow_factor", "What is constant over a step.")
-    parameters = Parameters(builder, model, True, point_masses(scene))
+    points = point_masses(scene)
+    parameters = Parameters(builder, model, units_of_links(points), points)
     q, v = builder.input("q", (1,), "configuration"), builder.input("v", (1,), "rates in scaled time")
     u = builder.input("u", (scene.nu,), "inputs") if scene.nu else None
     scale = builder.input(SCALE, (2,), "unit of time and its square")
@@ -127,7 +129,7 @@ def _moments(parameters: Parameters) -> tuple[Expr, Expr]:
 
 def _order(model: Model) -> Program:
     scene, builder = model.scene, Builder("flow_order", "Coefficients of order n + 1 of the Taylor series.")
-    rest = None if scene.rest_angle is None else Parameters(builder, model, own_units=True).rest_angle
+    rest = None if scene.rest_angle is None else Parameters(builder, model, units_of_links(scene)).rest_angle
     layout, rubbing = _held(scene), places(scene)
     held = builder.input(HELD, (layout.size,), "constants of the step")
     if "rest" in layout:

@@ -17,6 +17,7 @@ from phichain.ir.nodes import Program
 from phichain.lowering.algebra.vector import Vector, load, scale, store
 from phichain.lowering.chain.body import point_masses
 from phichain.lowering.chain.parameters import Parameters
+from phichain.lowering.chain.units import units_of_links
 from phichain.lowering.series.held import Layout
 from phichain.lowering.series.series import (
     COEFFICIENT,
@@ -197,7 +198,7 @@ def order_program(model: Model, layout: Layout, write: Callable[[Ordering], None
     """`flow_order`: everything but the solution for q''_n and mu_n, which `write` adds."""
     scene = point_masses(model.scene)
     builder = Builder("flow_order", "The coefficients of the next order.")
-    parameters = Parameters(builder, model, True, scene)
+    parameters = Parameters(builder, model, units_of_links(scene), scene)
     held = builder.input(HELD, (layout.size,), "constants of the step")
     rows = rows_of(builder, scene)
     now = rows.now

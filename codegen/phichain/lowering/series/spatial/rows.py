@@ -25,6 +25,7 @@ from phichain.lowering.chain.base import carried
 from phichain.lowering.chain.body import point_masses
 from phichain.lowering.chain.losses import slows_joints
 from phichain.lowering.chain.parameters import Parameters
+from phichain.lowering.chain.units import units_of_links
 from phichain.lowering.series.held import Layout
 from phichain.lowering.series.series import HELD, LEFT, LOST, RIGHT, RUB_LANES, SCALE
 from phichain.lowering.series.shape import shaped
@@ -128,7 +129,7 @@ def factor_program(model: Model, layout: Layout, write: Callable[[Factoring], No
     """`flow_factor`: rows 0, the joints' constants, and what `write` adds."""
     scene = point_masses(model.scene)
     builder = Builder("flow_factor", "Factor the mass matrix at the start of a step.")
-    parameters = Parameters(builder, model, True, scene)
+    parameters = Parameters(builder, model, units_of_links(scene), scene)
     q, v = (
         builder.input("q", (scene.nq,), "configuration"),
         builder.input("v", (scene.nv,), "its rates in scaled time"),

@@ -10,6 +10,7 @@ from phichain.ir.builder import ArrayRef, Builder
 from phichain.lowering.chain.base import carried, on_wall
 from phichain.lowering.chain.losses import ties_links
 from phichain.lowering.chain.parameters import Parameters
+from phichain.lowering.chain.units import units_where
 from phichain.lowering.spatial import mobilities, tension
 from phichain.lowering.spatial.derivatives.base import derivatives as mobility_derivatives
 from phichain.lowering.spatial.derivatives.joints import Joints
@@ -39,7 +40,7 @@ def by_tensions(scene: Scene) -> bool:
     return scene.inertia is None and scene.armature is None and not (ties_links(scene) and scene.links == 1)
 
 
-@writes("state_jacobian", space="spatial", suits=suits, own_units=suits, lumped=True)
+@writes("state_jacobian", space="spatial", suits=suits, units=units_where(suits), lumped=True)
 def state_jacobian(
     builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, v: ArrayRef, dadq: ArrayRef, dadv: ArrayRef,
     u: ArrayRef | None = None, dadu: ArrayRef | None = None,
@@ -48,7 +49,7 @@ def state_jacobian(
     derivatives(builder, scene, parameters, (q, v, u), (builder.array("a_value", scene.nv), dadq, dadv, dadu))
 
 
-@writes("dynamics_and_jacobian", space="spatial", suits=suits, own_units=suits, lumped=True)
+@writes("dynamics_and_jacobian", space="spatial", suits=suits, units=units_where(suits), lumped=True)
 def dynamics_and_jacobian(
     builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, v: ArrayRef, a: ArrayRef, dadq: ArrayRef,
     dadv: ArrayRef, u: ArrayRef | None = None, dadu: ArrayRef | None = None,
