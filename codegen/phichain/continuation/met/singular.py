@@ -24,6 +24,7 @@ from phichain.continuation.problem import Problem, relative_residual
 from phichain.system import Vector
 
 _SIDES = np.array([-4.0, -3.0, -2.0, -1.0, 1.0, 2.0, 3.0, 4.0]) / 4
+_INNER = float(np.min(np.abs(_SIDES)))
 _SHARE = 0.2
 """Half the width of the neighbourhood, in lengths of the step that it lies in."""
 _WIDEST = 1e-2
@@ -46,18 +47,30 @@ def half_width(a: Point, b: Point) -> float:
 
 
 class Through:
-    """The curve between two points, by the polynomial near a singular one and by Newton elsewhere."""
+    """The curve between two points, by the polynomial near a singular one and by Newton elsewhere.
+
+    Attributes:
+        a: One end.
+        b: The other.
+        is_resolved: Whether the polynomial is known to be the curve to round-off.
+    """
 
     def __init__(self, problem: Problem, centre: float, beside: Between) -> None:
         """Take the arclength of the singular point, roughly, and the curve by Newton."""
         self.a, self.b, self._problem, self._beside, self._centre = beside.a, beside.b, problem, beside, centre
         self._half = half_width(self.a, self.b)
         places = beside.places(centre + self._half * _SIDES)
-        while self._half > _NARROWEST and not _is_resolved(places):
+        self.is_resolved = self._half >= _NARROWEST and _is_resolved(places)
+        while self._half > _NARROWEST and not self.is_resolved:
             self._half /= 2
             places = beside.places(centre + self._half * _SIDES)
+            self.is_resolved = _is_resolved(places)
         self._shape: Vector = np.asarray(polynomial.polyfit(_SIDES, places, len(_SIDES) - 1), float)
         self._slope = polynomial.polyder(self._shape)
+
+    def is_inside(self, s: float) -> bool:
+        """Whether an arclength lies between the places that the polynomial goes through, on either side of it."""
+        return bool(abs(s - self._centre) < _INNER * self._half)
 
     def __call__(self, s: float) -> Point:
         """The point at an arclength."""
