@@ -93,8 +93,8 @@ def strides(problem: Problem, behind: Behind, engine: Engine, watch: Sequence[Wa
         if ran.stopped == "sign":
             *kept, doubtful = found
             same = [*behind.points[-len(behind.values) :], *(stride.point for stride in kept)]
-            through = _through(problem, same, doubtful.point, engine, watch)
-            if through is None and not is_crossed_smoothly(problem, same[-1], doubtful.point, engine):
+            through, is_smooth = _through(problem, same, doubtful.point, engine, watch)
+            if not is_smooth and not is_crossed_smoothly(problem, same[-1], doubtful.point, engine):
                 if not kept:
                     step = 0.5 * ran.tried
                     continue
@@ -108,14 +108,15 @@ def strides(problem: Problem, behind: Behind, engine: Engine, watch: Sequence[Wa
         return [*found, ending()] if ending is not None else [*found]
 
 
-def _through(problem: Problem, before: Sequence[Point], new: Point, engine: Engine, watch: Sequence[Watch]) -> Through | None:
-    """The curve from the last of some points of one branch to a new one where det [J; t] has another sign, if it is seen to go on smoothly where
-    that vanishes; None where nobody asks for such places, or it is not."""
+def _through(
+    problem: Problem, before: Sequence[Point], new: Point, engine: Engine, watch: Sequence[Watch]
+) -> tuple[Through | None, bool]:
+    """The curve from the last of some points of one branch to a new one where det [J; t] has another sign, None where nobody asks for such places;
+    and whether it is seen to go on smoothly there."""
     if not any(test.what == SINGULAR for test in watch):
-        return None
+        return None, False
     *earlier, last = before[-_BESIDE - 1 :]
-    through, is_smooth = way_through(problem, last, new, BranchPoint(), engine, earlier)
-    return through if is_smooth else None
+    return way_through(problem, last, new, BranchPoint(), engine, earlier)
 
 
 def zeros_in(step: Sequence[Point], tests: Sequence[TestFunction], events: Sequence[Special]) -> list[tuple[int, float]]:

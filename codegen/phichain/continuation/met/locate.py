@@ -12,7 +12,7 @@ from phichain.continuation.engine import Engine
 from phichain.continuation.events import BranchPoint, Level, Quantity, TestFunction
 from phichain.continuation.met.between import Between, Curve, curve
 from phichain.continuation.met.passage import SOLVED, TURNED
-from phichain.continuation.met.roots import zero_between
+from phichain.continuation.met.roots import foretold, zero_between
 from phichain.continuation.met.singular import Through, half_width, loosened
 from phichain.continuation.met.specials import Special
 from phichain.continuation.point import Point, point_at
@@ -25,8 +25,10 @@ SPACING = 1e-14
 """How far off a zero may be, in units of 1 + s."""
 _ROUGH = 1e-7
 """The same of one that something better follows."""
-_CENTRED = 1e-2
+_CENTRED = 5e-2
 """How far off the centre of the neighbourhood of a singular point may be, in half its width."""
+_FORETOLD = 5e-2
+"""How far two values that nobody had to ask for may differ for one of them to be that centre at first, likewise."""
 _FIRST = 2e-3
 """How far off the zero may be that is to be the centre, likewise."""
 _VANISHED = 1e-3
@@ -139,7 +141,9 @@ def way_through(
     beside = curve(problem, a, b, loosened(engine), earlier)
     # Close to the place Newton stalls, and a neighbourhood need not be centred better than this.
     spacing = max(_ROUGH, _FIRST * half_width(a, b) / (1 + b.arclength))
-    rough = _root(problem, a, b, test, beside, spacing)[0].arclength
+    rough, doubt = foretold([(point.arclength, test.value(problem, point)) for point in (*earlier, a, b)])
+    if not doubt <= _FORETOLD * half_width(a, b):
+        rough = _root(problem, a, b, test, beside, spacing)[0].arclength
     first = Through(problem, rough, beside)
     # Once more from the better centre where the rough one, at which Newton stalls, is off.
     zero, left = _root(problem, a, b, test, first, spacing)

@@ -31,6 +31,8 @@ _WIDEST = 1e-2
 """Largest half width, in arclength."""
 _NARROWEST = 2e-4
 """Smallest one, likewise: below it Newton's round-off is more than the polynomial's error."""
+_FITS = [np.asarray(np.linalg.inv(polynomial.polyvander(_SIDES[k : 8 - k], 7 - 2 * k)), float) for k in range(3)]
+"""Coefficients of the polynomials through all places, through all but the outermost, and through the inner four: times what they have there."""
 _RESOLVED = 1e-11
 """Error of the polynomial in the middle that is none, in units of 1 + |y|."""
 
@@ -65,7 +67,7 @@ class Through:
             self._half /= 2
             places = beside.places(centre + self._half * _SIDES)
             self.is_resolved = _is_resolved(places)
-        self._shape: Vector = np.asarray(polynomial.polyfit(_SIDES, places, len(_SIDES) - 1), float)
+        self._shape: Vector = _FITS[0] @ places
         self._slope = polynomial.polyder(self._shape)
 
     def is_inside(self, s: float) -> bool:
@@ -90,8 +92,8 @@ class Through:
 
 
 def _is_resolved(places: Vector) -> bool:
-    """Whether the polynomials through all places, through all but the outermost, and through the inner four converge in the middle, place and slope."""
-    fits = [polynomial.polyfit(_SIDES[k : 8 - k], places[k : 8 - k], 7 - 2 * k)[:2] for k in range(3)]
+    """Whether the polynomials through more and more of the places converge in the middle, place and slope."""
+    fits = [fit[:2] @ places[k : 8 - k] for k, fit in enumerate(_FITS)]
     last, before = (float(np.max(np.abs(one - other))) for one, other in pairwise(fits))
     # Errors that fall as they did before: by the same factor once more.
     return last * min(1.0, last / before if before else 1.0) <= _RESOLVED * (1 + float(np.max(np.abs(places))))
