@@ -10,6 +10,7 @@ import pytest
 from phichain.continuation import Branch, BranchPoint, Engine, Evaluation, Level, Options, follow, start_on
 from phichain.continuation.events import signed
 from phichain.continuation.met.gaps import gap_between
+from phichain.continuation.met.locate import way_through
 from phichain.continuation.met.passage import is_crossed_smoothly
 from phichain.continuation.point import Point, tangent_of
 from phichain.continuation.problem import Extra
@@ -101,6 +102,21 @@ def test_a_step_across_a_narrow_gap_is_seen_whatever_its_length(reach: float) ->
         assert is_crossed_smoothly(counting, *ends, Engine()) is is_smooth
         # A jump is told from a zero by a bracket of a hundredth of the step, and not halved to its last digits.
         assert len(seen) < 100
+
+
+@pytest.mark.parametrize("reach", [0.3, 0.1, 0.01, 1e-3])
+def test_the_polynomial_beside_a_singular_point_tells_a_gap_from_it(reach: float) -> None:
+    """Where it is the curve to round-off nothing else needs to be looked at; across a gap it is none, wide or narrow."""
+    along = np.array([1.0, 0.0])
+    for width in (0.0, 1e-7, 3e-6, 1e-4, 1e-2):
+        problem, turn = crossing(width**2, 0.7)
+        ends = []
+        for u in (-reach, 1.3 * reach):
+            y = turn.T @ (np.array([u, width**2 / u + 0.7 * u**2]) + AWAY)
+            jacobian = problem.at(y).jacobian
+            ends.append(Point(y, tangent_of(jacobian, turn.T @ along), u, jacobian, 0.0, 1, (), Extra()))
+        _, is_smooth = way_through(problem, *ends, BranchPoint(), Engine(), ())
+        assert is_smooth is (width == 0)
 
 
 @pytest.mark.parametrize("step_max", [0.5, 0.1, 0.03, 0.004])

@@ -16,6 +16,7 @@ from phichain.continuation import (
     follow,
     start_on,
 )
+from phichain.continuation.met import pairs
 from tests.continuation.problems import problem_of
 
 
@@ -173,6 +174,18 @@ def test_three_folds_of_a_bend_are_found(half: float, step: float) -> None:
     branch = along(lambda x: float(height(x - 0.1234)), lambda x: float(shape(x - 0.1234)), step, [Fold(1)])
     found = [event.z[0] for event in branch.events if abs(event.z[0] - 0.1234) < 0.1]
     assert found == pytest.approx([0.1234 - half, 0.1234, 0.1234 + half], abs=1e-10)
+
+
+def test_zeros_are_looked_for_so_often_and_not_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Eight within a step, told two by two: where rounding makes more and more of them a search has to end, too."""
+    places = np.linspace(-0.055, 0.055, 8)
+
+    def product(x: float) -> float:
+        return float(np.prod(8 * (x - 0.1234 - places))) * float(np.exp(x))
+
+    assert len(run(product, 0.25).events) == 8
+    monkeypatch.setattr(pairs, "ROUNDS", 3)
+    assert len(run(product, 0.25).events) == 6
 
 
 def test_one_zero_in_a_step_is_one() -> None:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from phichain.continuation import Point, predictors
-from phichain.continuation.met.roots import zero_between
+from phichain.continuation.met.roots import foretold, zero_between
 from phichain.continuation.osculating import osculating
 from phichain.continuation.problem import Extra
 
@@ -141,3 +141,10 @@ def test_points_that_all_but_coincide_are_one() -> None:
     assert np.linalg.norm(guess - _helix(0.01).y) < 1e-6
     few = osculating([near[0], near[2]], axis, float(axis @ _helix(0.01).y))
     assert guess == pytest.approx(few, abs=1e-12)
+
+
+def test_a_zero_is_foretold_with_how_far_off_it_may_be() -> None:
+    places = [0.0, 0.1, 0.2, 0.35, 0.5]
+    place, doubt = foretold([(x, math.cos(x) - 0.9) for x in places])
+    assert place == pytest.approx(math.acos(0.9), abs=1e-4) and abs(place - math.acos(0.9)) <= doubt < 1e-2
+    assert foretold([(0.0, -1.0), (1.0, 1.0)]) == (0.5, math.inf)

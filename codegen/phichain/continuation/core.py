@@ -229,7 +229,7 @@ class _Run:
             self._take(new, values, self._sigma(new, values))
             self.step = step
             return
-        found, cut = locate(self.problem, last, new, self.tests, self.engine, index, (self.values, values), self.seen[-_SEEN:])
+        found, cut = locate(self.problem, last, new, self.tests, self.engine, index, (self.values, values), self.seen[-_SEEN:], taken.through)
         sigma = self._sigma(new, values)
         gap = gaps.turned_at(self.problem, [*self.points[-2:], new], [*self.sigma[-2:], sigma], self.engine) if cut is None else None
         if gap is not None and gap.width <= max(self.through, NARROW) and self._cross(gap):

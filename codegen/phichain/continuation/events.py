@@ -20,6 +20,8 @@ from phichain.system import Vector
 
 ENERGY: Final = ("energy", 0)
 """What a compiled problem calls the scalar that it records."""
+SINGULAR: Final = "sigma"
+"""What it calls the smallest singular value of [J; t]."""
 
 
 class TestFunction(Protocol):
@@ -157,7 +159,7 @@ def watch_of(problem: Problem, test: TestFunction) -> Watch:
     if isinstance(test, Fold):
         return Watch("tangent", (problem.parameter if test.component is None else test.component) % problem.unknowns, 0.0, 2, not test.terminal)
     if isinstance(test, BranchPoint):
-        return Watch("sigma", 0, 0.0, 0)
+        return Watch(SINGULAR, 0, 0.0, 0)
     if isinstance(test, Level) and test.of is not None:
         return Watch(*test.of, test.level, 0)
     if isinstance(test, Quantity) and not test.in_pairs and test.order is None:

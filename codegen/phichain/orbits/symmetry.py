@@ -15,7 +15,6 @@ On a K-fold cover of an elliptic orbit mu touches 1 with both of its vectors: th
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -149,7 +148,7 @@ def told(event: Special) -> Special:
     """The event with what it breaks and what goes on beyond."""
     word = event.kind.split(" of ")[0].rstrip("0123456789 ")
     breaks, continues = SAID.get(word, ("", ""))
-    return replace(event, breaks=breaks, continues=continues)
+    return Special.made(**vars(event) | {"breaks": breaks, "continues": continues})
 
 
 def genuine(event: Special) -> bool:

@@ -8,14 +8,18 @@ from typing import NamedTuple
 from phichain.continuation import correctors, predictors
 from phichain.continuation.compiled.protocol import Met, Seen, Watch
 from phichain.continuation.engine import Engine
-from phichain.continuation.events import TestFunction, watch_of
+from phichain.continuation.events import SINGULAR, BranchPoint, TestFunction, watch_of
+from phichain.continuation.met.locate import way_through
 from phichain.continuation.met.passage import is_crossed_smoothly
+from phichain.continuation.met.singular import Through
 from phichain.continuation.met.specials import Special
 from phichain.continuation.point import Point
 from phichain.continuation.problem import Problem
 from phichain.continuation.steps import StepTooSmallError, advance
 
 Values = tuple[float, ...]
+_BESIDE = 3
+"""Points before a step that help to know the curve in it."""
 _ZEROS = 8
 """Zeros in one step from which on it is looked at by itself what lies between them."""
 
@@ -30,6 +34,7 @@ class Stride(NamedTuple):
         is_plain: Whether it is known that no test function vanishes before it but at what was met, that no gap lies there, and not the start of the run.
         met: Zeros of test functions before it, where it is plain.
         is_clear: Whether it is known that the step before has no zeros but those that signs show.
+        through: The curve before it where [J; t] is singular there, if that has been looked into.
     """
 
     point: Point
@@ -38,6 +43,7 @@ class Stride(NamedTuple):
     is_plain: bool = False
     met: Sequence[Met] = ()
     is_clear: bool = False
+    through: Through | None = None
 
 
 class Behind(NamedTuple):
@@ -86,18 +92,31 @@ def strides(problem: Problem, behind: Behind, engine: Engine, watch: Sequence[Wa
         found = [Stride(Point.made(**row.told), row.step, row.values, True, row.met, True) for row in ran.steps]
         if ran.stopped == "sign":
             *kept, doubtful = found
-            before = kept[-1].point if kept else last
-            if not is_crossed_smoothly(problem, before, doubtful.point, engine):
+            same = [*behind.points[-len(behind.values) :], *(stride.point for stride in kept)]
+            through, is_smooth = _through(problem, same, doubtful.point, engine, watch)
+            if not is_smooth and not is_crossed_smoothly(problem, same[-1], doubtful.point, engine):
                 if not kept:
                     step = 0.5 * ran.tried
                     continue
                 return [*kept[:-1], kept[-1]._replace(step=0.5 * ran.tried)]
+            found[-1] = doubtful._replace(through=through)
         if ran.stopped in ("sign", "met"):
             found[-1] = found[-1]._replace(is_plain=False, is_clear=not ran.is_doubtful)
         ending = {"small": StepTooSmallError, "interrupted": KeyboardInterrupt}.get(ran.stopped)
         if ending is not None and not found:
             raise ending
         return [*found, ending()] if ending is not None else [*found]
+
+
+def _through(
+    problem: Problem, before: Sequence[Point], new: Point, engine: Engine, watch: Sequence[Watch]
+) -> tuple[Through | None, bool]:
+    """The curve from the last of some points of one branch to a new one where det [J; t] has another sign, None where nobody asks for such places;
+    and whether it is seen to go on smoothly there."""
+    if not any(test.what == SINGULAR for test in watch):
+        return None, False
+    *earlier, last = before[-_BESIDE - 1 :]
+    return way_through(problem, last, new, BranchPoint(), engine, earlier)
 
 
 def zeros_in(step: Sequence[Point], tests: Sequence[TestFunction], events: Sequence[Special]) -> list[tuple[int, float]]:

@@ -11,7 +11,8 @@ import numpy as np
 from phichain.continuation.engine import Engine
 from phichain.continuation.events import BranchPoint, Level, Quantity, TestFunction
 from phichain.continuation.met.between import Between, Curve, curve
-from phichain.continuation.met.roots import zero_between
+from phichain.continuation.met.passage import SOLVED, TURNED
+from phichain.continuation.met.roots import foretold, zero_between
 from phichain.continuation.met.singular import Through, half_width, loosened
 from phichain.continuation.met.specials import Special
 from phichain.continuation.point import Point, point_at
@@ -24,10 +25,14 @@ SPACING = 1e-14
 """How far off a zero may be, in units of 1 + s."""
 _ROUGH = 1e-7
 """The same of one that something better follows."""
-_CENTRED = 1e-2
+_CENTRED = 5e-2
 """How far off the centre of the neighbourhood of a singular point may be, in half its width."""
+_FORETOLD = 5e-2
+"""How far two values that nobody had to ask for may differ for one of them to be that centre at first, likewise."""
 _FIRST = 2e-3
 """How far off the zero may be that is to be the centre, likewise."""
+_VANISHED = 1e-3
+"""What is left of the smallest singular value where it vanishes, in its larger value at the ends."""
 _TRUST = 1e-8
 """Corrections that are taken without asking again: what they leave is their square, in units of what the problem bends."""
 _SETTLED = 1e-14
@@ -50,6 +55,7 @@ def locate(
     index: int,
     ends: tuple[Sequence[float], Sequence[float]] | None = None,
     before: Sequence[tuple[Point, Sequence[float]]] = (),
+    through: Through | None = None,
 ) -> tuple[list[Special], Point | None]:
     """The events between two successive points.
 
@@ -65,6 +71,7 @@ def locate(
         index: Index of `a` in its branch.
         ends: Their values at a and at b, where these are known.
         before: The points before a, in order, with their values there.
+        through: The curve between them, where a branch point lies there and `way_through` has told.
 
     Returns:
         The events in order, none after a terminal one; and the point of the terminal one, or None.
@@ -79,7 +86,8 @@ def locate(
     if not crossed:
         return [], None
     earlier = tuple(point for point, _ in before)
-    between = way_between(problem, a, b, [test for test, _, _ in crossed], engine, earlier)
+    is_known = through is not None and any(isinstance(test, BranchPoint) for test, _, _ in crossed)
+    between = through if through is not None and is_known else way_between(problem, a, b, [test for test, _, _ in crossed], engine, earlier)
 
     def add(test: TestFunction, at: Point, left: float) -> None:
         special = Special(test.name, index, at.z(problem), at.arclength, left, at.multipliers)
@@ -120,16 +128,29 @@ def way_between(
 ) -> Curve:
     """The curve between two points, whatever lies there."""
     singular = next((test for test in crossed if isinstance(test, BranchPoint)), None)
-    if singular is None:
-        return curve(problem, a, b, _trusting(engine), earlier)
+    return curve(problem, a, b, _trusting(engine), earlier) if singular is None else way_through(problem, a, b, singular, engine, earlier)[0]
+
+
+def way_through(
+    problem: Problem, a: Point, b: Point, test: BranchPoint, engine: Engine, earlier: Sequence[Point]
+) -> tuple[Through, bool]:
+    """The curve between two points where det [J; t] changes its sign, and whether it is known to vanish there on a curve that goes on smoothly.
+
+    A gap of half width w bends the curve by w^2 / h at a distance h: the polynomial through places at such distances is not resolved where w is 1e-7.
+    """
     beside = curve(problem, a, b, loosened(engine), earlier)
     # Close to the place Newton stalls, and a neighbourhood need not be centred better than this.
     spacing = max(_ROUGH, _FIRST * half_width(a, b) / (1 + b.arclength))
-    rough = _root(problem, a, b, singular, beside, spacing)[0].arclength
+    rough, doubt = foretold([(point.arclength, test.value(problem, point)) for point in (*earlier, a, b)])
+    if not doubt <= _FORETOLD * half_width(a, b):
+        rough = _root(problem, a, b, test, beside, spacing)[0].arclength
     first = Through(problem, rough, beside)
     # Once more from the better centre where the rough one, at which Newton stalls, is off.
-    centre = _root(problem, a, b, singular, first, spacing)[0].arclength
-    return first if abs(centre - rough) < _CENTRED * half_width(a, b) else Through(problem, centre, beside)
+    zero, left = _root(problem, a, b, test, first, spacing)
+    is_there = first.is_resolved and first.is_inside(zero.arclength) and zero.residual < SOLVED and zero.tangent @ a.tangent >= TURNED
+    is_smooth = bool(is_there and abs(left) <= _VANISHED * max(abs(test.value(problem, end)) for end in (a, b)))
+    is_centred = abs(zero.arclength - rough) < _CENTRED * half_width(a, b)
+    return first if is_centred else Through(problem, zero.arclength, beside), is_smooth
 
 
 def _located(

@@ -22,6 +22,8 @@ from phichain.continuation.met.specials import Special
 from phichain.continuation.point import Point
 from phichain.continuation.problem import Problem
 
+ROUNDS: Final = 16
+"""Searches of one function in one step: one that goes on finding zeros is rounding there, or nothing that a run with such steps could follow."""
 _HALVES: Final = 30
 """Halves of a step in which two zeros are looked for that are known to be there: closer ones are one to round-off."""
 _OTHERS: Final = 8
@@ -93,7 +95,7 @@ def pairs_of(
     found: list[Special] = []
     for test, k, zeros, labels in asked:
         near = _TOUCHING * (1 + b.arclength)
-        while True:
+        for _ in range(ROUNDS):
             divided, known = _without(test, zeros, rows, k, step)
             brackets = _passed(test, a, b, before[k], labels, between) if labels else []
             brackets = brackets or dip_between(problem, divided, known, step, between)

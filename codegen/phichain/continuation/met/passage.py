@@ -14,14 +14,14 @@ from phichain.continuation.problem import Problem
 
 NARROW = 3e-6
 """Half width of a gap, in arclength, below which it counts as a branch point, whatever the step: beside a narrower one Newton has too few digits left."""
-_SOLVED = 1e-12
+SOLVED = 1e-12
 """Relative residual of what solves the problem: halfway across a gap of half width w it is about w^2, small but no round-off, down to
 half widths of some 1e-6."""
 _BRACKET = 1e-2
 """Length of a bracket of the zero, in steps, from which on it is looked whether its ends come down to zero."""
 _RISE = 1.5
 """How far up both ends may go again while the bracket gets shorter: at a zero they come down, at a jump they part."""
-_TURNED = math.sqrt(0.5)
+TURNED = math.sqrt(0.5)
 """Cosine of the turn of a branch beside a gap at its half width from the middle."""
 _NEAREST = 0.1
 """How close to the zero it is looked at, in steps, where these are short."""
@@ -72,7 +72,7 @@ def is_crossed_smoothly(problem: Problem, a: Point, b: Point, engine: Engine) ->
     def value(s: float) -> float:
         """The test function; none where the branch is not met, or turns away as it does where a gap is as wide as `width`."""
         point = between(min(max(s, a.arclength), b.arclength))
-        is_met = point.residual < _SOLVED and point.tangent @ a.tangent >= _TURNED
+        is_met = point.residual < SOLVED and point.tangent @ a.tangent >= TURNED
         return test.value(problem, point) if is_met else math.nan
 
     for side in (-width, width):

@@ -71,6 +71,14 @@ def zero_between(
     return a[0] if a[1] == 0 else b[0]
 
 
+def foretold(known: Sequence[tuple[float, float]]) -> tuple[float, float]:
+    """Where a function vanishes between the last two of some places, by the polynomial through its values alone, and how far that is from what all but the first
+    of them say: infinitely where there are no more than two."""
+    a, b = known[-2:]
+    place = _interpolated(known, a, b)
+    return place, abs(place - _interpolated(known[1:], a, b)) if len(known) > _TWO_ENDS + 1 else float("inf")
+
+
 def _interpolated(known: Sequence[tuple[float, float]], a: tuple[float, float], b: tuple[float, float]) -> float:
     """The zero inside the bracket of the polynomial through its ends and what is closest to them."""
     middle = (a[0] + b[0]) / 2

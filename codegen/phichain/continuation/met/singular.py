@@ -24,12 +24,15 @@ from phichain.continuation.problem import Problem, relative_residual
 from phichain.system import Vector
 
 _SIDES = np.array([-4.0, -3.0, -2.0, -1.0, 1.0, 2.0, 3.0, 4.0]) / 4
+_INNER = float(np.min(np.abs(_SIDES)))
 _SHARE = 0.2
 """Half the width of the neighbourhood, in lengths of the step that it lies in."""
 _WIDEST = 1e-2
 """Largest half width, in arclength."""
 _NARROWEST = 2e-4
 """Smallest one, likewise: below it Newton's round-off is more than the polynomial's error."""
+_FITS = [np.asarray(np.linalg.inv(polynomial.polyvander(_SIDES[k : 8 - k], 7 - 2 * k)), float) for k in range(3)]
+"""Coefficients of the polynomials through all places, through all but the outermost, and through the inner four: times what they have there."""
 _RESOLVED = 1e-11
 """Error of the polynomial in the middle that is none, in units of 1 + |y|."""
 
@@ -46,18 +49,30 @@ def half_width(a: Point, b: Point) -> float:
 
 
 class Through:
-    """The curve between two points, by the polynomial near a singular one and by Newton elsewhere."""
+    """The curve between two points, by the polynomial near a singular one and by Newton elsewhere.
+
+    Attributes:
+        a: One end.
+        b: The other.
+        is_resolved: Whether the polynomial is known to be the curve to round-off.
+    """
 
     def __init__(self, problem: Problem, centre: float, beside: Between) -> None:
         """Take the arclength of the singular point, roughly, and the curve by Newton."""
         self.a, self.b, self._problem, self._beside, self._centre = beside.a, beside.b, problem, beside, centre
         self._half = half_width(self.a, self.b)
         places = beside.places(centre + self._half * _SIDES)
-        while self._half > _NARROWEST and not _is_resolved(places):
+        self.is_resolved = self._half >= _NARROWEST and _is_resolved(places)
+        while self._half > _NARROWEST and not self.is_resolved:
             self._half /= 2
             places = beside.places(centre + self._half * _SIDES)
-        self._shape: Vector = np.asarray(polynomial.polyfit(_SIDES, places, len(_SIDES) - 1), float)
+            self.is_resolved = _is_resolved(places)
+        self._shape: Vector = _FITS[0] @ places
         self._slope = polynomial.polyder(self._shape)
+
+    def is_inside(self, s: float) -> bool:
+        """Whether an arclength lies between the places that the polynomial goes through, on either side of it."""
+        return bool(abs(s - self._centre) < _INNER * self._half)
 
     def __call__(self, s: float) -> Point:
         """The point at an arclength."""
@@ -77,8 +92,8 @@ class Through:
 
 
 def _is_resolved(places: Vector) -> bool:
-    """Whether the polynomials through all places, through all but the outermost, and through the inner four converge in the middle, place and slope."""
-    fits = [polynomial.polyfit(_SIDES[k : 8 - k], places[k : 8 - k], 7 - 2 * k)[:2] for k in range(3)]
+    """Whether the polynomials through more and more of the places converge in the middle, place and slope."""
+    fits = [fit[:2] @ places[k : 8 - k] for k, fit in enumerate(_FITS)]
     last, before = (float(np.max(np.abs(one - other))) for one, other in pairwise(fits))
     # Errors that fall as they did before: by the same factor once more.
     return last * min(1.0, last / before if before else 1.0) <= _RESOLVED * (1 + float(np.max(np.abs(places))))

@@ -7,7 +7,7 @@ desk of numbers, whose fields `desk` says.
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -26,6 +26,7 @@ from phichain.native.flows.desk import (
     WHAT,
     ZEROS,
     Array,
+    Desk,
     desk_fields,
     event_fields,
     offsets,
@@ -89,19 +90,18 @@ class Brake:
         self._bound, self._functions = bind(), functions
         self._fields, self._event_fields, whole = _places(*sizes)
         self._memory = np.zeros(max(end for _, end, _ in whole.values()))
-        self.desk: dict[str, Array] = {name: self._memory[a:b].reshape(shape) for name, (a, b, shape) in whole.items()}
+        self.desk: Mapping[str, Array] = Desk(self._memory, whole)
         self.desk["scale"][:] = scale
         for name, value in (("tolerance", tolerance), ("rough", rough), ("most_steps", most_steps)):
             self.desk[name].fill(value)
         self._orbit, self._guess, self._normal = self.desk["orbit"], self.desk["guess"], self.desk["normal"]
         # Row by row: NumPy takes longer to see what a list of pairs holds than C takes for the polynomial through them.
-        self._rows = [(row[0], row[1]) for row in self.desk["known"]]
+        self._rows, self._line = ([(row[0], row[1]) for row in self.desk[name]] for name in ("known", "line"))
         self._before_jacobian, self._before_tangent, self._axis = (self.desk[name] for name in ("before_jacobian", "before_tangent", "axis"))
         self._newton, self._where, self._ahead, self._stride = (
             self._memory[whole[first][0] : whole[last][1]]
             for first, last in (("tol", "most_corrections"), ("count", "place"), ("moved", "changed"), ("step", "since"))
         )
-        self._line = [(row[0], row[1]) for row in self.desk["line"]]
         self._near, self._counts = self._memory[whole["line_spacing"][0] : whole["line_regular"][1]], (self.desk["line_count"], self.desk["outside_count"])
         self._desk = ctypes.c_void_p(place(self._memory))
         self._arguments = (*self._bound.context, self._desk)

@@ -118,6 +118,20 @@ def desk_fields(nq: int, links: int) -> dict[str, Shape]:
     }  # fmt: skip
 
 
+class Desk(dict[str, Array]):
+    """Views of the fields on some memory, each made when it is first asked for: most calls need few of them."""
+
+    def __init__(self, memory: Array, places: Mapping[str, tuple[int, int, Shape]]) -> None:
+        """Take the memory, and where the fields lie in it (`offsets`)."""
+        super().__init__()
+        self._memory, self._places = memory, places
+
+    def __missing__(self, name: str) -> Array:
+        begin, end, shape = self._places[name]
+        self[name] = view = self._memory[begin:end].reshape(shape)
+        return view
+
+
 def offsets(fields: Mapping[str, Shape]) -> dict[str, tuple[int, int, Shape]]:
     """Where every field begins and ends, in numbers, and its shape."""
     found, at = {}, 0

@@ -206,7 +206,8 @@ def _placed(row: Any) -> Told:
     """The fields of a point that a run reached."""
     told = _told(row.found)
     del told["converged"]
-    return told | {"arclength": row.arclength, "iterations": len(told["corrections"])}
+    told["arclength"], told["iterations"] = row.arclength, len(told["corrections"])
+    return told
 
 
 def _told(found: Any) -> Told:
