@@ -147,7 +147,8 @@ def test_a_link_costs_the_same_in_every_chain(space: str, base: str, joints: str
         assert a_link == (thirty_two - twenty_four) / 8, name
         if (space, name) != ("spatial", "step_rosenbrock"):
             assert a_link == (sixty_four - thirty_two) / 32, name
-    most = {("planar", "free"): 1750, ("planar", "damped"): 2150, ("spatial", "free"): 9500}
+    # Two lanes count 100 operations a link more than the sweeps side by side (1750 and 2150 at most) and take 0.95 of the step's time.
+    most = {("planar", "free"): 1870, ("planar", "damped"): 2260, ("spatial", "free"): 9500}
     assert counts["step_rosenbrock"][3] / 64 < most.get((space, joints), 13500)
 
 
