@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from fractions import Fraction
 from itertools import pairwise
-from math import ceil, inf, log2
+from math import ceil, inf
 from typing import Any, Final
 
 from phichain.lowering.chain.body import is_folded, moments
@@ -74,5 +74,11 @@ def _torques(scene: Scene) -> list[float]:
 
 
 def _powers(values: Iterable[Any]) -> list[float]:
-    exact = [abs(Fraction(value)) for value in values]
-    return [log2(value.numerator) - log2(value.denominator) if value else -inf for value in exact]
+    return [_power(abs(Fraction(value))) for value in values]
+
+
+def _power(value: Fraction) -> float:
+    """The logarithm to base two within a sixteenth, from whole numbers' bits: libm's would be a processor's own."""
+    if not value:
+        return -inf
+    return ((value.numerator**16).bit_length() - (value.denominator**16).bit_length()) / 16
