@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from phichain.continuation import Branch
-from phichain.errors import ArrayError
+from phichain.errors import ArrayError, OutputError
 from phichain.orbits import pick, trace
 from phichain.orbits.closed.start import given
 from phichain.orbits.parameter.starting import started
@@ -31,3 +31,6 @@ def test_points_of_files_count_from_one(tmp_path: Path) -> None:
     for start in (given, lambda system, start: started(system, start, None, {}), lambda system, start: given_family(start)):
         with pytest.raises(ArrayError, match="count points from 1"):
             start(system, f"{tmp_path / 'f.json'}:0")
+        for no_place in ("--1", "²", "1-"):
+            with pytest.raises(OutputError, match=r"f\.json:"):
+                start(system, f"{tmp_path / 'f.json'}:{no_place}")

@@ -69,9 +69,13 @@ class LateExtra(Extra):
         """
         if name not in ("multipliers", "found"):
             raise AttributeError(name)
-        multipliers, found = self.__dict__["_make"]()
-        self.__dict__["multipliers"], self.__dict__["found"] = held(multipliers, complex), found
+        self.__dict__.update(self._made(name))
         return self.__dict__[name]
+
+    def _made(self, _: str) -> dict[str, Any]:
+        """The one that is asked for, and the other where that comes with it."""
+        multipliers, found = self.__dict__["_make"]()
+        return {"multipliers": held(multipliers, complex), "found": found}
 
 
 class Evaluation(NamedTuple):

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Any
 
 from phichain.continuation import Branch, Engine
 from phichain.continuation.core import Progress
@@ -30,6 +32,28 @@ class Run:
     through: float = 0.0
     earlier: Branch | None = None
     progress: Progress | None = None
+
+
+def demand_same(system: System, earlier: Shown, facts: Iterable[tuple[str, Any, Any]], kinds: str, p: Parameters | None) -> None:
+    """Refuse to go on with a family or a response of another kind.
+
+    Args:
+        system: The chain.
+        earlier: What is to be gone on with.
+        facts: What is to be the same: its name, what the record says, and what is wanted.
+        kinds: These in words.
+        p: Runtime parameters.
+
+    Raises:
+        ArrayError: One differs, or a runtime parameter's value does.
+    """
+    of, made = ("branch", "traced") if isinstance(earlier, Branch) else ("response", "followed")
+    for field, own, wanted in facts:
+        if own != wanted:
+            raise ArrayError(
+                "resume", own, f"is the {field} of that {of}, and {wanted!r} is wanted here", f"resume it with the {kinds} that it was {made} with",
+            )  # fmt: skip
+    demand_same_values("resume", system, earlier, p)
 
 
 def demand_same_values(field: str, system: System, branch: Shown, p: Parameters | None) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Final
@@ -16,6 +17,8 @@ from phichain.system.arrays import number
 
 LARGEST: Final = ("largest angle", 0)
 """What a compiled problem calls it."""
+_PLACE: Final = re.compile(r"-?\d+|event=.*")
+"""What names a point or an event behind a file."""
 _REMEDY = 'write for example "theta_1=2.5", "amplitude=2.5", "omega=3" or "energy=1.5"'
 
 
@@ -106,6 +109,12 @@ def target_of(system: System, until: Any) -> Target | None:
     if what == "energy" and not system.has("energy"):
         raise ArrayError("until", until, "needs the energy of the chain", 'add "energy" to [functions] want of the scene')
     return Target(what, value)
+
+
+def placed(name: str) -> tuple[str, str]:
+    """The file and the point or event that FILE.json:POINT and FILE.json:event=K name; "" for the latter where it is a file alone."""
+    path, colon, place = name.rpartition(":")
+    return (path, place) if colon and _PLACE.fullmatch(place) else (name, "")
 
 
 def point_index(number: str) -> int:

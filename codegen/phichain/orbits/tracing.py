@@ -21,7 +21,7 @@ from phichain.orbits.modes import linear_modes
 from phichain.orbits.network.record import Network
 from phichain.orbits.network.runs import earlier_run, from_orbit, switched
 from phichain.orbits.parameter.vary import turned
-from phichain.orbits.run import Run, demand_same_values
+from phichain.orbits.run import Run, demand_same
 from phichain.orbits.targets import Target, target_of
 from phichain.orbits.whirling import families as whirling
 from phichain.orbits.whirling.starts import METHOD as WHIRLING
@@ -247,14 +247,7 @@ def _demand_same(system: System, branch: Branch | None, mode: int, method: str, 
     """
     if branch is None:
         return
-    for field, own, wanted in (
-        ("digest", branch.digest, system.digest), ("mode", branch.mode, mode), ("method", branch.method, method),
-    ):  # fmt: skip
-        if own != wanted:
-            raise ArrayError(
-                "resume", own, f"is the {field} of that branch, and {wanted!r} is wanted here",
-                "resume it with the scene, mode and method that it was traced with",
-            )  # fmt: skip
-    demand_same_values("resume", system, branch, p)
+    facts = ("digest", branch.digest, system.digest), ("mode", branch.mode, mode), ("method", branch.method, method)
+    demand_same(system, branch, facts, "scene, mode and method", p)
     if branch.regular < 1 or branch.step <= 0:
         raise ArrayError("resume", branch.regular, "points of that branch are a run's own", "trace it anew")

@@ -15,7 +15,7 @@ from phichain.continuation.point import tangent_of
 from phichain.errors import ArrayError, ConvergenceError
 from phichain.orbits.closed.kinds import problem_of, state_of, unknowns_of
 from phichain.orbits.closed.symmetries import recognised, taken_up
-from phichain.orbits.targets import Target, point_index
+from phichain.orbits.targets import Target, placed, point_index
 from phichain.system import Parameters, System, Vector
 from phichain.system.arrays import positive, reals
 from phichain.system.starts import numbers
@@ -68,10 +68,8 @@ def _read(text: str) -> Any:
         parts = [part.partition("=") for part in text.split(";")]
         found = {name.strip(): numbers(values, f"start.{name.strip()}") for name, _, values in parts}
         return {name: value if name in "qv" or value is None or value.size != 1 else float(value[0]) for name, value in found.items()}
-    path, colon, index = text.rpartition(":")
-    if colon and index.lstrip("-").isdigit():
-        return Branch.from_json(path), point_index(index)
-    return Branch.from_json(text)
+    path, place = placed(text)
+    return (Branch.from_json(path), point_index(place)) if place else Branch.from_json(path)
 
 
 def _of_branch(system: System, branch: Branch, index: Any) -> tuple[Vector, Vector, float]:

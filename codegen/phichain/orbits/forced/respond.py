@@ -16,7 +16,7 @@ from phichain.orbits.forced.forcing import Forcing, forcing_of, range_of
 from phichain.orbits.forced.response import Response
 from phichain.orbits.forced.shot import ForcedFlow
 from phichain.orbits.harmonics.elimination import Harmonics
-from phichain.orbits.run import demand_same_values
+from phichain.orbits.run import demand_same
 from phichain.orbits.tracing import limited
 from phichain.system import Parameters, System
 
@@ -111,16 +111,11 @@ def _resumed(
         raise ArrayError("resume", earlier.name, "does not say where the run stands", "name the JSON file that it wrote, or follow it anew")
     if beyond is not None:
         raise ArrayError("beyond", beyond[1] if isinstance(beyond, tuple) else beyond, "is given, and so is resume", "leave one of them out")
-    for field, own, wanted in (
+    facts = (
         ("digest", earlier.digest, system.digest), ("place", earlier.place, forcing.place), ("amplitude", earlier.amplitude, forcing.amplitude),
         ("method", earlier.method, earlier.method if at.opened else method),
-    ):  # fmt: skip
-        if own != wanted:
-            raise ArrayError(
-                "resume", own, f"is the {field} of that response, and {wanted!r} is wanted here",
-                "resume it with the scene, forcing and method that it was followed with",
-            )  # fmt: skip
-    demand_same_values("resume", system, earlier, p)
+    )  # fmt: skip
+    demand_same(system, earlier, facts, "scene, forcing and method", p)
     return earlier
 
 

@@ -29,7 +29,7 @@ from phichain.orbits.parameter.followed import (
 )
 from phichain.orbits.parameter.held import times_of
 from phichain.orbits.symmetry import BRANCH_POINT
-from phichain.orbits.targets import point_index
+from phichain.orbits.targets import placed, point_index
 from phichain.orbits.unmirrored import METHOD as UNMIRRORED
 from phichain.orbits.whirling.problem import held_value
 from phichain.orbits.whirling.starts import METHOD as WHIRLING
@@ -174,10 +174,7 @@ def _pair(start: Any) -> Vector:
 
 def _read(text: str) -> Any:
     """A record, or it with the point or event that its name says."""
-    path, colon, place = text.rpartition(":")
-    is_event = place.startswith("event=")
-    if not colon or not (is_event or place.lstrip("-").isdecimal()):
-        path, place = text, "-1"
+    path, place = placed(text)
     record: Branch | Response
     try:
         record = Branch.from_json(path)
@@ -186,8 +183,8 @@ def _read(text: str) -> Any:
             record = Response.from_json(path)
         except OutputError:
             raise failure from None
-    if not is_event:
-        return record, point_index(place)
+    if not place.startswith("event="):
+        return record, point_index(place or "-1")
     events = record.own_events if isinstance(record, Branch) else record.events
     number = place.removeprefix("event=")
     if not number.isdecimal() or not 1 <= int(number) <= len(events):

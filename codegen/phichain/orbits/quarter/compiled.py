@@ -14,10 +14,10 @@ from typing import Any, Final
 
 import numpy as np
 
-from phichain.continuation import Evaluation, Extra, Options, Point
+from phichain.continuation import Evaluation, Options, Point
 from phichain.continuation.compiled.protocol import Met, Ran, Seen, Step, Stepped, Told, Watch
 from phichain.continuation.linear import eigenvalues
-from phichain.continuation.problem import Multipliers
+from phichain.continuation.problem import LateExtra, Multipliers
 from phichain.orbits.quarter.map import QuarterMap, ordered
 from phichain.system import Vector
 
@@ -164,34 +164,30 @@ def _unknown(_: QuarterMap) -> float:
     return math.nan
 
 
-class _BrakeExtra(Extra):
-    """Multipliers and quarter map of what C told, each made when it is first asked for: of most orbits on the way it is the multipliers alone."""
+class _BrakeExtra(LateExtra):
+    """Multipliers and quarter map of what C told, each by itself: of most orbits on the way it is the multipliers alone that are read."""
 
-    _found: Any
+    _told: Any
 
-    def __init__(self, found: Any) -> None:
+    def __init__(self, told: Any) -> None:
         """Keep what C told."""
-        vars(self)["_found"] = found
+        self.__dict__["_told"] = told
 
     @property
     def error(self) -> float:
         """Of omega."""
-        error: float = self._found.numbers.error
+        error: float = self._told.numbers.error
         return error
 
-    def __getattr__(self, name: str) -> Any:
-        """Either of both when it is first read.
+    def _made(self, name: str) -> dict[str, Any]:
+        """See `LateExtra`.
 
         Raises:
-            AttributeError: There is no such field.
             LinAlgError: The place has none of them.
         """
-        if name not in ("multipliers", "found"):
-            raise AttributeError(name)
-        if not self._found.numbers.is_told > 0:
+        if not self._told.numbers.is_told > 0:
             raise np.linalg.LinAlgError("matrix is not positive definite")
-        vars(self)[name] = made = _kappa(self._found.array("folded")) if name == "multipliers" else BrakeMap(self._found)
-        return made
+        return {name: _kappa(self._told.array("folded")) if name == "multipliers" else BrakeMap(self._told)}
 
 
 def _kappa(folded: Vector) -> Multipliers:
@@ -218,4 +214,3 @@ def _told(found: Any) -> Told:
         "corrections": tuple(array("corrections")[:count].tolist()), "converged": converged, "sigma": numbers.sigma,
         "is_settled": numbers.is_whole > 0, "extra": _BrakeExtra(found), "energy": numbers.energy,
     }  # fmt: skip
-

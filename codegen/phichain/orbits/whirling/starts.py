@@ -28,7 +28,7 @@ from phichain.orbits.conical.starts import METHOD as CONICAL
 from phichain.orbits.in_plane import METHOD as IN_PLANE
 from phichain.orbits.in_plane import PLANE_LOSS
 from phichain.orbits.quarter import EPS
-from phichain.orbits.targets import point_index
+from phichain.orbits.targets import placed, point_index
 from phichain.orbits.whirling.fixed import fixed, read
 from phichain.orbits.whirling.problem import whirling_problem
 from phichain.records import Held
@@ -111,12 +111,9 @@ def given_family(start: Any, methods: tuple[str, ...] = (CONICAL, IN_PLANE)) -> 
         ArrayError: It is no start.
     """
     if isinstance(start, Path | str):
-        path, colon, place = str(start).rpartition(":")
-        if colon and (place.lstrip("-").isdecimal() or place.startswith("event=")):
-            branch = Branch.from_json(path)
-            start = (branch, _event(branch, place.removeprefix("event=")) if "=" in place else point_index(place))
-        else:
-            start = Branch.from_json(start)
+        path, place = placed(str(start))
+        branch = Branch.from_json(path)
+        start = (branch, _event(branch, place.removeprefix("event=")) if "=" in place else point_index(place or "-1"))
     if isinstance(start, Branch):
         start = (start, -1)
     if not (isinstance(start, tuple) and len(start) == 2 and isinstance(start[0], Branch) and isinstance(start[1], int | Special)):
