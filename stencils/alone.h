@@ -26,6 +26,9 @@
 #if WITH_LINKS && (WITH_SPHERE || WITH_SQUARES || !WITH_COLUMNS)
 #error "links by their angles are derivatives of a planar chain"
 #endif
+#if WITH_ANGLES && (WITH_SPHERE || WITH_SQUARES || ALONE_BATCH)
+#error "links by their angles are those of one planar chain"
+#endif
 #if WITH_PARAMETERS && !WITH_COLUMNS
 #error "derivatives by parameters are columns"
 #endif

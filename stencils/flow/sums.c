@@ -48,6 +48,33 @@ static void stem_ahead(const int n, stem_jets *PHI_RESTRICT jet)
  * which everything else waits. */
 static STEM_SINGLY void stem_rest(const int n, const int turn, stem_jets *PHI_RESTRICT jet)
 {
+#if WITH_ANGLES
+    /* Cosines begin with zero, and so do moments of force: of the newest rows not all products are any. */
+    enum { half = stem_lefts / 2, whole = stem_lefts };
+    for (int i = 0; i < half; ++i) {
+        stem_lanes turned = jet->sums[turn][i], across = jet->sums[turn][whole + i];
+        for (int j = turn - 1; j > 0; --j) {
+            turned += jet->left[j][i] * jet->right[n - j][i];
+            across += jet->left[j][i] * jet->right[n - j][whole + i];
+            turned += jet->left[n - j][i] * jet->right[j][i];
+            across += jet->left[n - j][i] * jet->right[j][whole + i];
+        }
+        jet->sums[turn][i] = turned + jet->left[n][i] * jet->right[0][i];
+        jet->sums[turn][whole + i] = across;
+    }
+    for (int i = half; i < whole; ++i) {
+        stem_lanes turned = jet->sums[turn][i], along = jet->sums[turn][whole + i];
+        for (int j = turn - 1; j > 0; --j) {
+            turned += jet->left[j][i] * jet->right[n - j][i];
+            along += jet->left[j][i] * jet->right[n - j][whole + i];
+            turned += jet->left[n - j][i] * jet->right[j][i];
+            along += jet->left[n - j][i] * jet->right[j][whole + i];
+        }
+        turned += jet->left[n][i] * jet->right[0][i];
+        jet->sums[turn][i] = turned + jet->left[0][i] * jet->right[n][i];
+        jet->sums[turn][whole + i] = along + jet->left[0][i] * jet->right[n][whole + i];
+    }
+#else
     for (int row = 0; row < stem_rights; ++row) {
         for (int i = 0; i < stem_lefts; ++i) {
             const int k = stem_lefts * row + i;
@@ -60,6 +87,7 @@ static STEM_SINGLY void stem_rest(const int n, const int turn, stem_jets *PHI_RE
             jet->sums[turn][k] = sum;
         }
     }
+#endif
 }
 #if WITH_SQUARES
 

@@ -48,6 +48,7 @@ def combinations() -> Iterator[Combination]:
             "WITH_TURNS": 0, "WITH_SPHERE": 0, **space, **form, "WITH_INPUTS": inputs, "WITH_SQUARES": squares, "WITH_LOST": lost,
             "WITH_FORCING": number // 9 % 2, "WITH_OWN_TRIGONOMETRY": number // 9 % 2 * (number // 13 % 2),
             "WITH_LINKS": int(form["WITH_COLUMNS"] and not squares and "WITH_SPHERE" not in space and number // 5 % 2 == 0 and not number // 13 % 2),
+            "WITH_ANGLES": int(not form["ALONE_BATCH"] and not squares and "WITH_SPHERE" not in space and number // 5 % 2 == 0),
             "WITH_PARAMETERS": form["WITH_COLUMNS"] * (number // 7 % 2), "WITH_SCALES": scales, "ALONE_PARAMS": (0, 2)[number // 2 % 2] if scales else 1, "ALONE_FLOAT": number // 3 % 2,
             "ALONE_VECTORS": number // 5 % 2, "ALONE_CART": number % 3, "ALONE_NEWEST": number // 7 % 2, "WITH_DRY": number // 11 % 2, "WITH_RUBS": number // 13 % 2, "WITH_SPRINGS": number // 17 % 2,
             "WITH_SHARED": int(form["ALONE_BATCH"] and "WITH_SPHERE" in space), "WITH_CROSSED": number // 7 % 2,

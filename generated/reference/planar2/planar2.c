@@ -793,63 +793,70 @@ static const planar2_real planar2_flow_now[22][4] = {
  *   lost            what rounding took from the state
  */
 static void planar2_flow_factor(const planar2_real q[2], const planar2_real v[2], const planar2_real u[2],
-    const planar2_real scale[2], const planar2_real lost[4], planar2_real held[PLANAR2_RESTRICT 36],
+    const planar2_real scale[2], const planar2_real lost[4], planar2_real held[PLANAR2_RESTRICT 32],
     planar2_real left[PLANAR2_RESTRICT 4], planar2_real right[PLANAR2_RESTRICT 8])
 {
     planar2_real sine[2], cosine[2];
     planar2_sincos(2, q, sine, cosine);
 
-    const planar2_real t1 = sine[0] + cosine[0] * lost[0];
-    const planar2_real t2 = cosine[0] - sine[0] * lost[0];
-    const planar2_real t3 = sine[1] + cosine[1] * lost[1];
-    const planar2_real t4 = cosine[1] - sine[1] * lost[1];
-    const planar2_real t5 = t3 * t4;
-    const planar2_real t6 = t3 * t3;
-    const planar2_real inverse_pivot_0 = 1.0 / (0.25 + t6);
-    const planar2_real shift_0 = 0.25 * (t4 * t4) * inverse_pivot_0;
-    const planar2_real gain_x_0 = t5 * inverse_pivot_0;
-    const planar2_real kappa_0 = 0.25 * inverse_pivot_0;
-    const planar2_real t7 = -19.62 * scale[1];
-    const planar2_real t8 = 8.0 * u[1];
-    const planar2_real link_couple_0 = 8.0 * u[0] - t8;
+    const planar2_real t1 = sine[1] + cosine[1] * lost[1];
+    const planar2_real t2 = cosine[1] - sine[1] * lost[1];
+    const planar2_real t3 = t1 * t1;
+    const planar2_real inverse_pivot = 1.0 / (0.25 + t3);
+    const planar2_real gain_x = t2 * t1 * inverse_pivot;
+    const planar2_real t4 = 0.25 * t2 * inverse_pivot;
+    const planar2_real t5 = (0.25 * t1 + t1) * inverse_pivot;
+    const planar2_real t6 = t1 * inverse_pivot;
+    const planar2_real t7 = t2 * inverse_pivot;
+    const planar2_real kappa = 0.25 * inverse_pivot;
+    const planar2_real t8 = kappa * t1;
+    const planar2_real t9 = kappa * t2;
+    const planar2_real t10 = -19.62 * scale[1];
+    const planar2_real t11 = t10 * (cosine[0] - sine[0] * lost[0]);
+    const planar2_real t12 = t10 * (sine[0] + cosine[0] * lost[0]);
+    const planar2_real t13 = -2.0 * t7;
+    const planar2_real t14 = -0.5 * t6;
+    const planar2_real t15 = -0.5 * t7;
+    const planar2_real t16 = t1 * t13;
+    const planar2_real t17 = t1 * t15;
+    const planar2_real still_x = t4 * t11 + t8 * t12;
+    const planar2_real aside = 2.0 * t1;
+    const planar2_real t18 = 8.0 * u[1];
+    const planar2_real link_couple_0 = 8.0 * u[0] - t18;
     const planar2_real link_rate_1 = v[0] + v[1];
 
-    held[0] = 0.25 * t4 * inverse_pivot_0;
-    held[1] = 0.0;
-    held[2] = -(0.25 * t3 + t3) * inverse_pivot_0;
-    held[3] = 0.0;
-    held[4] = -kappa_0 * t3;
-    held[5] = 0.0;
-    held[6] = -kappa_0 * t4;
-    held[7] = 0.0;
-    held[8] = 0.5 + shift_0;
-    held[9] = 0.5;
-    held[10] = kappa_0 * t5;
-    held[11] = 0.0;
-    held[12] = gain_x_0;
-    held[13] = 0.0;
-    held[14] = (0.5 + t6) * inverse_pivot_0;
-    held[15] = 2.0;
-    held[16] = inverse_pivot_0;
-    held[17] = 4.0;
-    held[18] = t6 * inverse_pivot_0;
-    held[19] = 0.0;
-    held[20] = t3 * inverse_pivot_0;
-    held[21] = 0.0;
-    held[22] = t4 * inverse_pivot_0;
-    held[23] = 0.0;
-    held[24] = 0.0;
-    held[25] = t4;
-    held[26] = 0.0;
-    held[27] = 0.0;
-    held[28] = t1;
-    held[29] = t3;
-    held[30] = t2;
-    held[31] = t4;
-    held[32] = t7 * t2;
-    held[33] = -t7 * t1;
-    held[34] = scale[1] * link_couple_0;
-    held[35] = scale[1] * t8;
+    held[0] = inverse_pivot;
+    held[1] = t13;
+    held[2] = -gain_x;
+    held[3] = t14;
+    held[4] = -t3 * inverse_pivot;
+    held[5] = t15;
+    held[6] = t6;
+    held[7] = t16;
+    held[8] = t4;
+    held[9] = t1 * t14;
+    held[10] = t8;
+    held[11] = t17;
+    held[12] = t7;
+    held[13] = t2 * t13;
+    held[14] = -t5;
+    held[15] = t2 * t14;
+    held[16] = t9;
+    held[17] = t2 * t15;
+    held[18] = -t2 * t6;
+    held[19] = aside - t2 * t16;
+    held[20] = -t2 * t4;
+    held[21] = -0.5 * t2 * kappa;
+    held[22] = -t2 * t8;
+    held[23] = 0.5 * t1 - t2 * t17;
+    held[24] = (0.5 + t3) * inverse_pivot * t12 - gain_x * t11;
+    held[25] = still_x;
+    held[26] = t9 * t12 - t5 * t11;
+    held[27] = -(0.5 * t11 + t2 * still_x);
+    held[28] = 4.0;
+    held[29] = 2.0;
+    held[30] = scale[1] * link_couple_0;
+    held[31] = scale[1] * t18;
     left[0] = 0.0;
     left[1] = 0.0;
     left[2] = v[0];
@@ -870,50 +877,49 @@ static void planar2_flow_factor(const planar2_real q[2], const planar2_real v[2]
  *   sums               for every product what the coefficients that are known contribute to it
  *   coefficient, next  the state's coefficients of order n, and of order n + 1
  *   now                n + 1, 1 / (n + 1), 1 / ((n + 1) (n + 2)), and 1 at order 0, else 0
- *   moment             coefficient of the moment on a link, as far as it is known
  * Others are named as in flow_factor.
  */
-static void planar2_flow_order(const planar2_real held[36], const planar2_real sums[8],
+static void planar2_flow_order(const planar2_real held[32], const planar2_real sums[8],
     const planar2_real coefficient[4], const planar2_real now[4], planar2_real left[PLANAR2_RESTRICT 4],
     planar2_real right[PLANAR2_RESTRICT 8], planar2_real next[PLANAR2_RESTRICT 4])
 {
     const planar2_real t1 = now[0] * sums[2];
     const planar2_real t2 = now[0] * sums[0];
-    const planar2_real left_torque_0 = now[3] * held[34] - (sums[4] + sums[6]);
+    const planar2_real torque_end = now[3] * held[30] - sums[4] - sums[6];
     const planar2_real t3 = now[0] * sums[3];
     const planar2_real t4 = now[0] * sums[1];
-    const planar2_real left_torque_1 = now[3] * held[35] - (sums[5] + sums[7]);
-    const planar2_real moment_1 = left_torque_1 + 0.25 * t4;
-    const planar2_real t5 = held[13] * moment_1 - held[9] * t3;
-    const planar2_real t6 = held[15] * moment_1 + held[11] * t3;
-    const planar2_real t7 = held[16] * left_torque_0 - held[18] * t2 - held[20] * t5 - held[22] * t6;
-    const planar2_real t8 = now[3] * held[32];
-    const planar2_real t9 = now[3] * held[33];
-    const planar2_real t10 = t8 - t1;
-    const planar2_real t11 = t7 + t2;
-    const planar2_real t12 = held[0] * t10 + held[4] * t9 + held[29] * t11;
-    const planar2_real t13 = held[2] * t10 + held[6] * t9 + held[31] * t11;
-    const planar2_real angular_0 = t7 + held[12] * t1 - held[12] * t8 - held[14] * t9;
-    const planar2_real rate_0 = now[1] * angular_0;
-    const planar2_real angular_1 = held[17] * left_torque_1 + held[13] * t3 - held[13] * t12 - held[15] * t13;
-    const planar2_real rate_1 = now[1] * angular_1;
+    const planar2_real torque_end_2 = now[3] * held[31] - sums[5] - sums[7];
+    const planar2_real t5 = now[3] * held[24] + held[4] * t2 + held[5] * t4 - held[2] * t1 - held[3] * t3
+        + held[0] * torque_end;
+    const planar2_real turning = t5 + held[1] * torque_end_2;
+    const planar2_real t6 = now[3] * held[25] + held[10] * t2 + held[11] * t4 - held[8] * t1 - held[9] * t3
+        + held[6] * torque_end;
+    const planar2_real joint_x_end = t6 + held[7] * torque_end_2;
+    const planar2_real t7 = now[3] * held[26] + held[16] * t2 + held[17] * t4 - held[14] * t1 - held[15] * t3
+        + held[12] * torque_end;
+    const planar2_real joint_y_end = t7 + held[13] * torque_end_2;
+    const planar2_real t8 = now[3] * held[27] + held[22] * t2 + held[23] * t4 - held[20] * t1 - held[21] * t3
+        + held[18] * torque_end;
+    const planar2_real t9 = held[28] * torque_end_2 - held[29] * joint_y_end;
+    const planar2_real rate = now[1] * turning;
+    const planar2_real rate_2 = now[1] * t9;
 
     left[0] = -now[2] * t1;
     left[1] = -now[2] * t3;
-    left[2] = now[2] * (angular_0 + t2);
-    left[3] = now[2] * (angular_1 + t4);
-    right[0] = rate_0;
-    right[1] = rate_1;
-    right[2] = rate_0;
-    right[3] = rate_1;
-    right[4] = left_torque_0 - 0.25 * angular_0;
-    right[5] = 0.5 * t13;
-    right[6] = -(0.5 * t8 + (held[31] * t5 - held[29] * t6 + held[27] * t13 + held[25] * t12));
-    right[7] = -0.5 * t12;
+    left[2] = now[2] * (turning + t2);
+    left[3] = now[2] * (t9 + t4);
+    right[0] = rate;
+    right[1] = rate_2;
+    right[2] = rate;
+    right[3] = rate_2;
+    right[4] = torque_end - 0.25 * turning;
+    right[5] = 0.5 * joint_y_end;
+    right[6] = t8 + held[19] * torque_end_2;
+    right[7] = -0.5 * joint_x_end;
     next[0] = now[1] * coefficient[2];
     next[1] = now[1] * coefficient[3];
-    next[2] = rate_0;
-    next[3] = rate_1 - rate_0;
+    next[2] = rate;
+    next[3] = rate_2 - rate;
 }
 
 /* Largest of a row of angles or of rates in every lane, the cart's in lengths of the chain. */
@@ -1070,17 +1076,30 @@ static void planar2_flow_ahead(const int n, planar2_workspace *PLANAR2_RESTRICT 
 static PLANAR2_FLOW_SINGLY void planar2_flow_rest(const int n, const int turn,
     planar2_workspace *PLANAR2_RESTRICT jet)
 {
-    for (int row = 0; row < planar2_flow_rights; ++row) {
-        for (int i = 0; i < planar2_flow_lefts; ++i) {
-            const int k = planar2_flow_lefts * row + i;
-            planar2_real sum = jet->sums[turn][k];
-            int j = turn - 1;
-            do {
-                sum += jet->left[j][i] * jet->right[n - j][k];
-                sum += jet->left[n - j][i] * jet->right[j][k];
-            } while (--j >= 0);
-            jet->sums[turn][k] = sum;
+    /* Cosines begin with zero, and so do moments of force: of the newest rows not all products are any. */
+    enum { half = planar2_flow_lefts / 2, whole = planar2_flow_lefts };
+    for (int i = 0; i < half; ++i) {
+        planar2_real turned = jet->sums[turn][i], across = jet->sums[turn][whole + i];
+        for (int j = turn - 1; j > 0; --j) {
+            turned += jet->left[j][i] * jet->right[n - j][i];
+            across += jet->left[j][i] * jet->right[n - j][whole + i];
+            turned += jet->left[n - j][i] * jet->right[j][i];
+            across += jet->left[n - j][i] * jet->right[j][whole + i];
         }
+        jet->sums[turn][i] = turned + jet->left[n][i] * jet->right[0][i];
+        jet->sums[turn][whole + i] = across;
+    }
+    for (int i = half; i < whole; ++i) {
+        planar2_real turned = jet->sums[turn][i], along = jet->sums[turn][whole + i];
+        for (int j = turn - 1; j > 0; --j) {
+            turned += jet->left[j][i] * jet->right[n - j][i];
+            along += jet->left[j][i] * jet->right[n - j][whole + i];
+            turned += jet->left[n - j][i] * jet->right[j][i];
+            along += jet->left[n - j][i] * jet->right[j][whole + i];
+        }
+        turned += jet->left[n][i] * jet->right[0][i];
+        jet->sums[turn][i] = turned + jet->left[0][i] * jet->right[n][i];
+        jet->sums[turn][whole + i] = along + jet->left[0][i] * jet->right[n][whole + i];
     }
 }
 

@@ -33,6 +33,9 @@ ROOM: Final = 64
 NOISE: Final = {"double": Fraction(1, 2**26), "float": Fraction(1, 2**12)}
 #: Binary logarithm of the longest step, in seconds.
 HUGE: Final = {"double": 700, "float": 80}
+#: Entries of left rows up to which it is worth leaving out the products of the newest rows that are zero: longer ones are vectors,
+#: whose loops then take up more than the products.
+FEW: Final = 6
 #: log 2 to 40 digits.
 LOG_TWO: Final = Fraction(6931471805599453094172321214581765680755, 10**40)
 #: 2 pi to twice the precision.
@@ -184,7 +187,7 @@ def features(scene: Scene, made: Series, columns: bool, lanes: bool = False) -> 
         "WITH_OWN_TRIGONOMETRY": own_trigonometry(scene),
         "WITH_SQUARES": made.squares > 0, "WITH_DRY": made.dry > 0, "WITH_RUBS": made.rubs > 0, "WITH_SCALES": scale_literals(scene, None) is not None,
         "WITH_LOST": _takes(made.factor, LOST), "WITH_COLUMNS": columns, "WITH_PARAMETERS": columns and made.order_along is not None,
-        "WITH_LINKS": columns and made.by_links, "WITH_SHARED": shares(scene, lanes), "WITH_OUTRIGHT": at_once(made, lanes) is not None, "WITH_CROSSED": made.rights > 1, "WITH_BESIDE": False, "WITH_PAIRS": False,
+        "WITH_ANGLES": not lanes and made.by_links and made.lanes <= FEW, "WITH_LINKS": columns and made.by_links, "WITH_SHARED": shares(scene, lanes), "WITH_OUTRIGHT": at_once(made, lanes) is not None, "WITH_CROSSED": made.rights > 1, "WITH_BESIDE": False, "WITH_PAIRS": False,
     }  # fmt: skip
 
 

@@ -32,9 +32,11 @@ from phichain.lowering.series.geared_factor import GearedFactor
 from phichain.lowering.series.geared_order import GearedOrder
 from phichain.lowering.series.held import Layout
 from phichain.lowering.series.planar_factor import Factor, planar_factor
-from phichain.lowering.series.planar_held import planar_layout
+from phichain.lowering.series.planar_held import inverts, planar_layout
 from phichain.lowering.series.planar_order import Order, planar_order
 from phichain.lowering.series.series import HELD, LEAD, LEFT, RIGHT, Series
+from phichain.lowering.series.two_links.factor import TwoFactor
+from phichain.lowering.series.two_links.order import TwoOrder
 from phichain.mechanics import Model
 from phichain.scene import Scene
 
@@ -47,6 +49,8 @@ def planar_series(model: Model) -> Series:
     scene = point_masses(model.scene)
     layout, rubbing = planar_layout(scene), places(scene)
     elimination, substitution = (Factor, Order) if scene.armature is None else (GearedFactor, GearedOrder)
+    if inverts(scene):
+        elimination, substitution = TwoFactor, TwoOrder
     written = unroll if scene.links <= UNROLLED else (lambda program: program)
     return Series(
         factor=written(planar_factor(model, layout, elimination)),

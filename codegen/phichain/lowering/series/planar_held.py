@@ -7,6 +7,7 @@ from phichain.lowering.planar.geared.elimination import layout_of as geared_layo
 from phichain.lowering.planar.joint_state import loses_bends
 from phichain.lowering.series.dry import runs as dry_runs
 from phichain.lowering.series.held import Layout
+from phichain.lowering.series.two_links.factor import runs as two_links_runs
 from phichain.scene import Scene
 
 _PER_LINK = (
@@ -21,11 +22,18 @@ _PER_LINK = (
 """What is kept of each link; Q, arms and so on belong to the link and the joint at its tip."""
 
 
+def inverts(scene: Scene) -> bool:
+    """Whether the matrix of a step is inverted as a whole: two links, neither a cart nor rotors beside them."""
+    return scene.links == 2 and not scene.has_cart and scene.armature is None
+
+
 def planar_layout(scene: Scene) -> Layout:
     """What is held of a scene's links, its base, inputs and joints."""
     links = scene.links
     runs = [(name, 0 if scene.tip_masses and name in ("q_yx", "q_yy", "skew", "pull_y") else links) for name in _PER_LINK]
     runs += [("base", 2), ("base_arm", 2 * scene.has_free_cart)]
+    if inverts(scene):
+        runs = list(two_links_runs())
     is_held = scene.inertia is not None and not is_folded(scene)
     if scene.armature is not None:
         runs, is_held = list(geared_layout(scene)), False

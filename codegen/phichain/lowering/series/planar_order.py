@@ -40,10 +40,10 @@ def planar_order(model: Model, layout: Layout, substitution: type[Order]) -> Pro
 
 
 class Order:
-    """The back substitution: beside the chain first, along it inwards, beside it, outwards, and beside it again."""
+    """The back substitution: beside the chain first, along it inwards, outwards, and beside it again."""
 
     WORK: ClassVar[tuple[str, ...]] = (
-        "bend", "torque", "push_x", "push_y", "force_x", "force_y", "free", "joint_x", "joint_y", "turn", "swing", "rise",
+        "bend", "torque", "push_x", "push_y", "free", "lift_x", "lift_y", "pulled", "turn", "rise",
     )  # fmt: skip
     """Names of the work arrays."""
 
@@ -70,18 +70,16 @@ class Order:
     def write(self, sums: ArrayRef, coefficient: ArrayRef, left: ArrayRef, right: ArrayRef, following: ArrayRef) -> None:
         """All cells of the results."""
         self.moments(sums, coefficient)
-        self.inwards()
-        self.outwards(coefficient, following)
-        self.rows(sums, left, right)
-        self.arms(right)
+        force = self.inwards()
+        self.outwards(self.base(force, coefficient, following), left, right)
         self.state(coefficient, following)
         self.rub(sums, left)
 
     def moments(self, sums: ArrayRef, coefficient: ArrayRef) -> None:
-        """What is known of each link: C'', the moment about its joint, and what both add to the force there."""
+        """What is known of each link: C'', the moment about its joint, what both add to the force there and to its own acceleration."""
         builder, links, now = self.builder, self.scene.links, self.now
-        bend, rise, torque, push_x, push_y = (
-            self.work[name] for name in ("bend", "rise", "torque", "push_x", "push_y")
+        bend, rise, torque, push_x, push_y, free = (
+            self.work[name] for name in ("bend", "rise", "torque", "push_x", "push_y", "free")
         )
         couple = self.couple(coefficient)
         with builder.loop("k", 0, links) as loop:
@@ -93,6 +91,7 @@ class Order:
             moment = builder.let("moment", left + self.own[k] * risen)
             push_x[k] = self.of("axial")[k] * bent + self.of("gain_x")[k] * moment
             push_y[k] = self.of("gain_y")[k] * moment - self.of("skew")[k] * bent
+            free[k] = self.of("inverse")[k] * left - self.of("lag")[k] * risen
 
     def rows(self, sums: ArrayRef, left: ArrayRef, right: ArrayRef) -> None:
         """The links' accelerations, and with them their directions and rates."""
@@ -169,58 +168,63 @@ class Order:
         rest = self.of("rest_angle") if "rest_angle" in self.layout else self.parameters.rest_angle
         return angle if rest is None else angle - self.now[3] * rest[k]
 
-    def inwards(self) -> None:
-        """Forces of order n that the chain beyond each joint asks for, and the links' free angular accelerations."""
-        builder, links = self.builder, self.scene.links
-        force_x, force_y, push_x, push_y = (self.work[name] for name in ("force_x", "force_y", "push_x", "push_y"))
-        first, last = (0 if self.scene.has_free_cart else 1), links - 1
-        force_x[last], force_y[last] = push_x[last], push_y[last]
-        if last > first - 1 and last - 1 >= first:
-            with builder.loop("k", last - 1, first - 1, -1) as loop:
+    def inwards(self) -> tuple[Expr, Expr]:
+        """Forces of order n that the chain beyond each joint asks for, and what they leave of each link's free angular acceleration,
+        how far that and C'' move the next joint, and the force at that joint along the link.
+
+        All of it in one loop: what another one read as vectors would wait until every number had arrived in memory. Gives the force at the
+        first joint.
+        """
+        builder, work, last, length = self.builder, self.work, self.scene.links - 1, self.parameters.length
+        push_x, push_y, free, rise, bend = (work[name] for name in ("push_x", "push_y", "free", "rise", "bend"))
+        if last == 0:
+            return push_x[0], push_y[0]
+        with builder.loop("k", last - 1, -1, -1) as loop:
+            k = loop.index
+            x, y = loop.carry("carried_x", push_x[last]), loop.carry("carried_y", push_y[last])
+            free[k] = apart = builder.let("free_k", free[k] - self.of("arm_x")[k] * x - self.of("arm_y")[k] * y)
+            along, across = length[k] * bend[k], length[k] * (apart + rise[k])
+            work["lift_x"][k] = self.of("sine")[k + 1] * across + self.of("q_xx")[k] * along
+            work["lift_y"][k] = self.of("cosine")[k + 1] * across + self.of("q_xy")[k] * along
+            work["pulled"][k] = self.of("cosine")[k + 1] * x - self.of("sine")[k + 1] * y
+            inner_x = (push_x[k] + self.of("q_xx")[k] * x) + self.of("q_xy")[k] * y
+            inner_y = (push_y[k] + self.of("q_yx")[k] * x) + self.of("q_yy")[k] * y
+            loop.follow(x, inner_x)
+            loop.follow(y, inner_y)
+        return x, y
+
+    def outwards(self, base: tuple[Expr, Expr], left: ArrayRef, right: ArrayRef) -> None:
+        """Accelerations of the joints less gravity, in the links' frames, the links' own, and with them their directions, rates and moments of
+        the forces: less what a mass on its own circle needs, which has none."""
+        builder, last = self.builder, self.scene.links - 1
+        lateral, axial, lift_x, lift_y = right.shifted(2 * (last + 1)), right.shifted(3 * (last + 1)), self.work["lift_x"], self.work["lift_y"]
+        if last:
+            with builder.loop("k", 0, last) as loop:
                 k = loop.index
-                x, y = loop.carry("carried_x", push_x[last]), loop.carry("carried_y", push_y[last])
-                inner_x = (push_x[k] + self.of("q_xx")[k] * x) + self.of("q_xy")[k] * y
-                inner_y = (push_y[k] + self.of("q_yx")[k] * x) + self.of("q_yy")[k] * y
-                force_x[k], force_y[k] = inner_x, inner_y
-                loop.follow(x, inner_x)
-                loop.follow(y, inner_y)
-        free, torque = self.work["free"], self.work["torque"]
-        with builder.loop("k", 0, last) as loop:
-            k = loop.index
-            own = self.of("inverse")[k] * torque[k] - self.of("lag")[k] * self.work["rise"][k]
-            free[k] = own - self.of("arm_x")[k] * force_x[k + 1] - self.of("arm_y")[k] * force_y[k + 1]
-        free[last] = self.of("inverse")[last] * torque[last]
+                x, y = loop.carry("joint_x", base[0]), loop.carry("joint_y", base[1])
+                outer_x = (lift_x[k] + self.of("q_yx")[k] * y) + self.of("q_xx")[k] * x
+                outer_y = (lift_y[k] + self.of("q_yy")[k] * y) + self.of("q_xy")[k] * x
+                swing = self.row(k, x, y, left, right)
+                lateral[k] = self.work["torque"][k] - self.own[k] * swing
+                pull = (self.work["pulled"][k] + self.of("pull_y")[k + 1] * outer_y) + self.of("pull_x")[k + 1] * outer_x
+                axial[k] = -(self.moment[k] * x + self.parameters.length[k] * pull)
+                loop.follow(x, outer_x)
+                loop.follow(y, outer_y)
+            base = x, y
+        self.row(last, *base, left, right)
+        lateral[last], axial[last] = self.moment[last] * base[1], -(self.moment[last] * base[0])
 
-    def outwards(self, coefficient: ArrayRef, following: ArrayRef) -> None:
-        """Accelerations of the joints less gravity, in the links' frames."""
-        builder, links, length = self.builder, self.scene.links, self.parameters.length
-        joint_x, joint_y, bend, free, rise = (self.work[name] for name in ("joint_x", "joint_y", "bend", "free", "rise"))
-        base_x, base_y = self.base(coefficient, following)
-        joint_x[0], joint_y[0] = base_x, base_y
-        if links == 1:
-            return
-        lift_x, lift_y = builder.array("lift_x", links), builder.array("lift_y", links)
-        with builder.loop("k", 1, links - 1) as loop:
-            k = loop.index
-            along, across = length[k] * bend[k], length[k] * (free[k] + rise[k])
-            lift_x[k] = self.of("sine")[k + 1] * across + self.of("q_xx")[k] * along
-            lift_y[k] = self.of("cosine")[k + 1] * across + self.of("q_xy")[k] * along
-        along, across = base_x + length[0] * bend[0], length[0] * (free[0] + rise[0])
-        first_x = (self.of("q_xx")[0] * along + self.of("q_yx")[0] * base_y) + self.of("sine")[1] * across
-        first_y = (self.of("q_xy")[0] * along + self.of("q_yy")[0] * base_y) + self.of("cosine")[1] * across
-        joint_x[1], joint_y[1] = first_x, first_y
-        if links == 2:
-            return
-        with builder.loop("k", 1, links - 1) as loop:
-            k = loop.index
-            x, y = loop.carry("carried_x", first_x), loop.carry("carried_y", first_y)
-            outer_x = (lift_x[k] + self.of("q_yx")[k] * y) + self.of("q_xx")[k] * x
-            outer_y = (lift_y[k] + self.of("q_yy")[k] * y) + self.of("q_xy")[k] * x
-            joint_x[k + 1], joint_y[k + 1] = outer_x, outer_y
-            loop.follow(x, outer_x)
-            loop.follow(y, outer_y)
+    def row(self, k: Index, x: Expr, y: Expr, left: ArrayRef, right: ArrayRef) -> Expr:
+        """A link's angular acceleration but for what turning makes of it, and with it its direction and rate."""
+        links, now, work, gain_x = self.scene.links, self.now, self.work, self.of("gain_x")[k]
+        still = work["free"][k] - gain_x * (self.parameters.length[k] * work["bend"][k])
+        swing = self.builder.let("angular", still - gain_x * x - self.of("gain_y")[k] * y)
+        work["turn"][k] = rate = self.builder.let("rate", now[1] * swing)
+        left[k], left[k + links] = now[2] * work["bend"][k], now[2] * (swing + work["rise"][k])
+        right[k], right[k + links] = rate, rate
+        return swing
 
-    def base(self, coefficient: ArrayRef, following: ArrayRef) -> tuple[Expr, Expr]:
+    def base(self, force: tuple[Expr, Expr], coefficient: ArrayRef, following: ArrayRef) -> tuple[Expr, Expr]:
         """Acceleration of the base less gravity in the first link's frame; a cart's goes into the results."""
         scene, now, base = self.scene, self.now, self.of("base")
         weight_x, weight_y = now[3] * base[0], now[3] * base[1]
@@ -229,7 +233,7 @@ class Order:
         if not scene.has_free_cart:
             return weight_x, weight_y
         sine, cosine, arm = self.of("sine")[0], self.of("cosine")[0], self.of("base_arm")
-        push = -(sine * self.work["force_x"][0] + cosine * self.work["force_y"][0])
+        push = -(sine * force[0] + cosine * force[1])
         if scene.has_force:
             push = now[3] * self.of("push")[0] + push
         if "cart_damping" in self.layout:
