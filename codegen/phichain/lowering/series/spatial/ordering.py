@@ -32,7 +32,7 @@ from phichain.lowering.series.series import (
     RUB_SUMS,
     SUMS,
 )
-from phichain.lowering.series.shape import shaped
+from phichain.lowering.series.shape import shaped, with_rates_in_a_loop
 from phichain.lowering.series.spatial.couples import Joints
 from phichain.lowering.series.spatial.rows import Number, left_width, right_rows
 from phichain.lowering.series.spatial.rubs import Rubs, places
@@ -210,4 +210,5 @@ def order_program(model: Model, layout: Layout, write: Callable[[Ordering], None
     rubs = Rubs(builder, scene, layout, held, rows.left)
     joints = Joints(builder, scene, layout, held, rows.sums, rows.coefficient, rows.turned, now[3], rubs, rows.rub_sums)
     write(Ordering(builder, scene, parameters, layout, held, rows, joints.couples(), along, now[3], rubs))
-    return shaped(builder.finish(), scene.code)
+    made = shaped(builder.finish(), scene.code)
+    return made if rows_of is RowsShared or scene.varied else with_rates_in_a_loop(made, scene.nq)
