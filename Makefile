@@ -20,12 +20,12 @@ PIP   := $(PY) -m pip install --quiet --disable-pip-version-check
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup run test generate lint types layers bench report stability study figures docs links browser rigs firmware clean distclean
+.PHONY: help setup run test test-long generate lint types layers bench report stability study figures docs links browser rigs firmware clean distclean
 
 help: ## list the targets
 	@echo "phichain: from a Lagrangian to firmware, for pendulum chains"
 	@echo
-	@awk 'BEGIN { FS = ":.*## " } /^[a-z]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+	@awk 'BEGIN { FS = ":.*## " } /^[a-z-]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 	@echo
 	@echo "  make generate N=8                      paper A's chain of eight links, in generated/planar8"
 	@echo "  make generate SCENE=path/to/scene.toml your own chain"
@@ -57,9 +57,12 @@ run: $(READY) ## the whole path in one go: derive, emit, compile, simulate, trac
 	@$(PY) -m phichain tour --out $(OUT)
 
 # Small matrices: BLAS threads of two workers would only wait for each other.
-test: export OPENBLAS_NUM_THREADS = 1
-test: $(READY) $(READY_DOCS) ## all tests, those of the documentation among them
-	@$(PY) -m pytest -n $(JOBS) --dist loadfile --no-loadscope-reorder $(PYTEST)
+test test-long: export OPENBLAS_NUM_THREADS = 1
+test: $(READY) $(READY_DOCS) ## the tests, those of the documentation among them; all but the long ones
+	@$(PY) -m pytest -n $(JOBS) --dist loadfile --no-loadscope-reorder -m 'not long' $(PYTEST)
+
+test-long: $(READY) $(READY_DOCS) ## the long ones: sweeps over many scenes, mutants, trials
+	@$(PY) -m pytest -n $(JOBS) --dist loadfile --no-loadscope-reorder -m long $(PYTEST)
 
 generate: $(READY) ## write the C and CasADi folder of a chain: N=8, or SCENE=path/to/scene.toml
 	@$(PY) -m phichain generate '$(SCENE)' --out '$(OUT)'

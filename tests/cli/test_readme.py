@@ -64,7 +64,7 @@ def test_the_commands_work(command: Command, line: str) -> None:
 
 def test_the_targets_of_make_exist() -> None:
     makefile = (ROOT / "Makefile").read_text()
-    for target in re.findall(r"^    make ([a-z]+)", README, re.MULTILINE):
+    for target in re.findall(r"^ {4}make ([a-z-]+)", README, re.MULTILINE):
         assert re.search(rf"^{target}:", makefile, re.MULTILINE), target
 
 

@@ -86,7 +86,7 @@ def test_an_installation_generates_the_checkouts_bytes_from_another_folder(
     assert [path.name for path in elsewhere.iterdir()] == ["somewhere"]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_wheel_brings_what_it_needs(wheel: Path, tmp_path: Path) -> None:
     """The declared dependencies suffice: nothing is borrowed, everything comes through pip."""
     run(sys.executable, "-m", "venv", tmp_path / "env", cwd=tmp_path)
