@@ -17,6 +17,9 @@ from phichain.scene import Scene
 #: Links that feel less of each other's squared rates turn alone: more than a digit of what they turn by may be lost beside those.
 LEAST_FELT: Final = 0.05
 
+#: Ratio of inertias from which on the third link from the tip meets the last two as a dyad: two more digits than it may lose.
+LARGEST_SQUARED: Final = 100
+
 
 class SpatialUnits:
     """Per-link numbers; what link k passes on to link k - 1 changes units on the way, and link 0 keeps its own.
@@ -142,6 +145,22 @@ def turns_alone(scene: Scene) -> bool:
     if scene.has_cart and isinstance(scene.cart_mass, int | float | Fraction):
         felt = max(felt, first * first / (second * (float(scene.cart_mass) + mass + tip)))
     return felt < LEAST_FELT
+
+
+def squares_loss(scene: Scene) -> bool:
+    """Whether the third link from the tip would lose by the square of an angle what it needs the last two for.
+
+    All that it meets across its own direction is one dyad, of at most (1 - beta)^2 m of the link beyond, beside its own beta^2 m: only
+    where the first is much more does it matter that the dyad's rounding is none of its own.
+
+    Args:
+        scene: a chain of points; False where its numbers are not known.
+    """
+    links = None if scene.inertia is not None else known_links(scene)
+    if links is None or len(links) < 3:
+        return False
+    (mass, beta), (before, own) = links[-2], links[-3]
+    return mass * (1 - beta) ** 2 > LARGEST_SQUARED * before * own**2
 
 
 def known_links(scene: Scene) -> list[tuple[float, float]] | None:
