@@ -60,7 +60,7 @@ class Substitution:
             x, y, n = (loop.carry(f"beyond_{name}", 0) for name in ("x", "y", "n"))
             pushed = zero if acting.link is None else acting.link[k]
             lifted = zero if rise is None else rise[k]
-            driven = rest = builder.let("driven" if acting.joint is None else "rest", pushed - n)
+            driven = rest = builder.let("driven" if acting.joint is None else "beside_joint", pushed - n)
             if acting.joint is None:
                 still = of("inverse")[k] * driven - of("lag")[k] * lifted
                 free = builder.let("loose", still - of("arm_x")[k] * x - of("arm_y")[k] * y)
