@@ -176,18 +176,18 @@ def input_couples(builder: Builder, scene: Scene, parameters: Parameters, u: Arr
 def _couples(
     builder: Builder, scene: Scene, parameters: Parameters, u: ArrayRef | None, passive: PlanarState | None
 ) -> ArrayRef | None:
-    drive = _drive(builder, scene, parameters, u)
-    if drive is None and passive is None:
+    driven = drive(builder, scene, parameters, u)
+    if driven is None and passive is None:
         return None
     couple, last = builder.array("couple", scene.links), scene.links - 1
-    if drive is not None and passive is None and _in_vectors(scene):
+    if driven is not None and passive is None and _in_vectors(scene):
         with builder.loop("k", 0, last) as loop:
-            couple[loop.index] = drive[loop.index] - drive[loop.index + 1]
-        couple[last] = drive[last]
+            couple[loop.index] = driven[loop.index] - driven[loop.index + 1]
+        couple[last] = driven[last]
         return couple
     with builder.loop("k", last, -1, -1) as loop:
         k = loop.index
-        couple[k] = _couple(builder, loop, scene, drive, None if passive is None else passive_torque(scene, parameters, passive, k), k)
+        couple[k] = _couple(builder, loop, scene, driven, None if passive is None else passive_torque(scene, parameters, passive, k), k)
     return couple
 
 
@@ -215,18 +215,18 @@ def _couple(
     return passive - outer if total is None else total + (passive - outer)
 
 
-def _drive(builder: Builder, scene: Scene, parameters: Parameters, u: ArrayRef | None) -> ArrayRef | None:
+def drive(builder: Builder, scene: Scene, parameters: Parameters, u: ArrayRef | None) -> ArrayRef | None:
     """The torque inputs conjugate to the scene's angles, one cell a joint; None when no joint is actuated."""
     joints = scene.actuated_joints
     if u is None or not joints:
         return None
     u = u.shifted(scene.base_inputs)
     unit = parameters.units.torque
-    drive = builder.array("drive", scene.links)
+    driven = builder.array("drive", scene.links)
     if len(joints) == scene.links:
         with builder.loop("k", 0, scene.links) as loop:
-            drive[loop.index] = u[loop.index] / unit
-        return u if unit == 1 else drive
+            driven[loop.index] = u[loop.index] / unit
+        return u if unit == 1 else driven
     for k in range(scene.links):
-        drive[k] = u[joints.index(k + 1)] / unit if k + 1 in joints else builder.lift(0)
-    return drive
+        driven[k] = u[joints.index(k + 1)] / unit if k + 1 in joints else builder.lift(0)
+    return driven

@@ -14,6 +14,7 @@ from typing import ClassVar
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
 from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.planar.geared.substitution import Substitution
+from phichain.lowering.planar.geared.torques import Torques
 from phichain.lowering.series.held import Layout
 from phichain.lowering.series.planar_order import Order, from_links
 from phichain.scene import Scene
@@ -29,14 +30,17 @@ class GearedOrder(Order):
         newest: ArrayRef | None = None,
     ) -> None:
         super().__init__(builder, scene, parameters, layout, held, now, newest)
-        self.substitution = Substitution(builder, parameters, self.of)
+        self.drives_joints = scene.angles == "relative" and self.drive() is not None
+        self.has_joint_torques = self.is_tied() or self.drives_joints
+        self.substitution = Substitution(builder, parameters, self.of, feels=self.has_joint_torques)
         self.work |= self.substitution.work
 
     def write(self, sums: ArrayRef, coefficient: ArrayRef, left: ArrayRef, right: ArrayRef, following: ArrayRef) -> None:
         """All cells of the results."""
         bend, rise = self.work["bend"], self.work["rise"]
         self.moments(sums, coefficient)
-        self.substitution.inwards(self.work["torque"], bend, rise)
+        joint = self.joint_torques(coefficient) if self.has_joint_torques else None
+        self.substitution.inwards(Torques(self.work["torque"], joint), bend, rise)
         push = self.now[3] * self.of("push")[0] if self.scene.has_force else None
         if self.scene.is_driven and push is not None:
             following[self.scene.nq] = self.now[1] * push * self.parameters.units.length
@@ -63,14 +67,27 @@ class GearedOrder(Order):
         return rate
 
     def moments(self, sums: ArrayRef, coefficient: ArrayRef) -> None:
-        """What is known of each link: C'', S'' beside turning, and the moment about its joint."""
-        builder, links, now, couple = self.builder, self.scene.links, self.now, self.couple(coefficient)
+        """What is known of each link: C'', S'' beside turning, and the moment about its joint but for what acts across joints."""
+        builder, links, now = self.builder, self.scene.links, self.now
+        drive = None if self.drives_joints else self.drive()
         with builder.loop("k", 0, links) as loop:
             k = loop.index
             self.work["bend"][k] = -(now[0] * sums[k + links])
             self.work["rise"][k] = now[0] * sums[k]
             known = -(sums[k + 2 * links] + sums[k + 3 * links])
-            self.work["torque"][k] = known if couple is None else couple[k] + known
+            self.work["torque"][k] = known if drive is None else now[3] * drive[k] + known
+
+    def joint_torques(self, coefficient: ArrayRef) -> ArrayRef:
+        """Torques across the joints of order n: springs, dampers, dry friction, and inputs where angles are relative."""
+        drive = self.drive() if self.drives_joints else None
+        if drive is None:
+            return self.passive(coefficient)
+        passive = self.passive(coefficient) if self.is_tied() else None
+        joint = self.builder.array("joint_torque", self.scene.links)
+        with self.builder.loop("k", 0, self.scene.links) as loop:
+            driven = self.now[3] * drive[loop.index]
+            joint[loop.index] = driven if passive is None else passive[loop.index] + driven
+        return joint
 
     def rows(self, sums: ArrayRef, left: ArrayRef, right: ArrayRef) -> None:
         """The links' directions and rates."""
@@ -83,6 +100,8 @@ class GearedOrder(Order):
 
     def borne(self, k: Index) -> Expr:
         """The moment of the forces at link k: what is left of the torques on it."""
+        if self.has_joint_torques:
+            return super().borne(k) + (self.work["felt"][k] - self.work["felt"][k + 1])
         armature, slip = self.parameters.armature, self.work["slip"]
         assert armature is not None
         rotors = armature[k] * slip[k] - armature[k + 1] * slip[k + 1]

@@ -219,7 +219,7 @@ class Factor:
             self.keep("push", 0, self.square * (u[0] / unit))
         if "cart_damping" in self.layout and parameters.cart_damping is not None:
             self.keep("cart_damping", 0, self.rho * (parameters.cart_damping / parameters.units.length))
-        couple = input_couples(builder, scene, parameters, u)
+        couple = self.driven(u)
         with builder.loop("k", 0, scene.links) as loop:
             k = loop.index
             if couple is not None:
@@ -230,6 +230,10 @@ class Factor:
                 self.keep("rest_angle", k, parameters.rest_angle[k])
             if parameters.damping is not None:
                 self.keep("damping", k, self.rho * parameters.damping[k])
+
+    def driven(self, u: ArrayRef | None) -> ArrayRef | None:
+        """What inputs do, as the orders take it: torques on the links."""
+        return input_couples(self.builder, self.scene, self.parameters, u)
 
     def rests(self, q: ArrayRef, lost: ArrayRef) -> None:
         """Torques of the joints' springs for what the rounded differences of the angles leave out of them."""

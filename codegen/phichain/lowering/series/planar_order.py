@@ -129,13 +129,36 @@ class Order:
 
     def couple(self, coefficient: ArrayRef) -> ArrayRef | None:
         """Torques on the links of order n: inputs, springs, dampers and dry friction; None where there are none."""
+        builder, links, drive = self.builder, self.scene.links, self.drive()
+        if drive is None and not self.is_tied():
+            return None
+        pull = self.passive(coefficient)
+        couple = builder.array("couple", links)
+
+        def on(k: Index, beyond: Expr) -> Expr:
+            total = pull[k] - beyond
+            return total if drive is None else total + self.now[3] * drive[k]
+
+        with builder.loop("k", 0, links - 1) as loop:
+            couple[loop.index] = on(loop.index, pull[loop.index + 1])
+        couple[links - 1] = on(links - 1, builder.lift(0))
+        return couple
+
+    def drive(self) -> ArrayRef | None:
+        """What inputs do; None where no joint is actuated."""
+        return self.layout.of(self.held, "drive") if "drive" in self.layout else None
+
+    def is_tied(self) -> bool:
+        """Whether springs, dampers or dry friction act across the joints."""
+        return "stiffness" in self.layout or "damping" in self.layout or self.scene.friction is not None
+
+    def passive(self, coefficient: ArrayRef) -> ArrayRef:
+        """Torques across the joints of order n: springs, dampers and dry friction."""
         builder, scene, links = self.builder, self.scene, self.scene.links
-        stiffness, damping, drive = (
-            self.layout.of(self.held, name) if name in self.layout else None for name in ("stiffness", "damping", "drive")
+        stiffness, damping = (
+            self.layout.of(self.held, name) if name in self.layout else None for name in ("stiffness", "damping")
         )
         rubbed = self.newest if scene.friction is not None else None
-        if stiffness is None and damping is None and drive is None and rubbed is None:
-            return None
         angles, rates = coefficient.shifted(int(scene.has_cart)), coefficient.shifted(scene.nq + int(scene.has_cart))
         pull = builder.array("pull", links)
         angle = difference(builder, scene, "joint_angle", angles) if stiffness is not None else angles
@@ -152,16 +175,7 @@ class Order:
             if rubbed is not None:
                 total = total - self.dry.saturated(rubbed, k)
             pull[k] = total
-        couple = builder.array("couple", links)
-
-        def on(k: Index, beyond: Expr) -> Expr:
-            total = pull[k] - beyond
-            return total if drive is None else total + self.now[3] * drive[k]
-
-        with builder.loop("k", 0, links - 1) as loop:
-            couple[loop.index] = on(loop.index, pull[loop.index + 1])
-        couple[links - 1] = on(links - 1, builder.lift(0))
-        return couple
+        return pull
 
     def bend(self, angle: Expr, k: Index) -> Expr:
         """What the spring of joint k sees at this order: where it rests is constant in time."""

@@ -38,7 +38,7 @@ from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.spatial.links import couples, directions
 from phichain.lowering.spatial.outer import Outer, Seen
 from phichain.lowering.spatial.rates import Rates
-from phichain.lowering.spatial.units import SpatialUnits
+from phichain.lowering.spatial.units import SpatialUnits, squares_loss
 from phichain.scene import Scene
 
 #: So many links at the tip stand outside the loop: the zeros beyond the tip save most of their operations.
@@ -91,6 +91,7 @@ class Sweep:
         self.direction, self.rates = directions(scene, q), rates
         self.couple = couples(builder, scene, parameters, self.direction, rates.angular, rates.bend)
         self.units = SpatialUnits(builder, scene, parameters)
+        self.keeps_dyad = squares_loss(scene)
         self.free = builder.array("free", 3 * scene.links)
         self.slope = builder.array("slope", 3 * scene.links)
         self.freed = builder.array("freed", scene.links)
@@ -106,7 +107,7 @@ class Sweep:
         links, last = self.scene.links, 0 if self.scene.has_cart else 1
         nothing = self.builder.lift(0)
         chain = Outer.from_flat([nothing] * 21)
-        inner = max(links - _TIP_LINKS, last)
+        inner = max(links - (_TIP_LINKS + int(self.keeps_dyad)), last)
         for k in range(links - 1, inner - 1, -1):
             chain = self.eliminate(chain, k)
         if inner == last:
@@ -180,6 +181,7 @@ class Sweep:
             pull=length * ((drawn - pivot.rate_squared * (units.reach[k] + added)) * inverse_axial),
             push=scale(mass * length, self._push(seen, pivot, k, inverse_axial)),
             minor=self._minor(seen, pivot, k, mass * length * passed_mass, planar),
+            dyad=(passed_mass * own * chain.axial, seen.tangent_u) if self.keeps_dyad and k == self.scene.links - 2 else None,
         )
 
     def _tangent(self, seen: Seen) -> Matrix:

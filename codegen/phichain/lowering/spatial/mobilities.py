@@ -8,6 +8,7 @@ squares, m |(1 - beta) a + beta a'|^2, and one constraint, q.(a' - a) = -l w^2, 
     a' = s W q - W (kappa a + f - p),   s = alpha' (v.a + c'),   c' = q.W (f - p) - l w^2
 
 it passes on A' = alpha' v v^T + G' with G' = (1 - beta)^2 m I - kappa^2 W, and f' = c' alpha' v + d' with d' = p - kappa W (f - p).
+It turns by omega' = q x (a' - a) / l. Of two links s q x W q goes by itself where w^2, which s holds, may be much more than omega' (`turns_alone`).
 
 Whatever pulls along the chain, however heavy, stays in alpha; G, d and the rest are of the order of the masses next to the
 joint. With T = b I + G, Q = adj T, x = q x u for the A = alpha u u^T + G beyond,
@@ -33,7 +34,7 @@ from phichain.lowering.chain.losses import push_on_cart
 from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.spatial.links import couples, directions
 from phichain.lowering.spatial.rates import Rates
-from phichain.lowering.spatial.units import MobilityScales, amplification, known_links
+from phichain.lowering.spatial.units import MobilityScales, amplification, known_links, turns_alone
 from phichain.scene import Scene
 
 #: Largest `amplification` of rounding errors, in units of the rounding of the state, with which this form is taken.
@@ -116,6 +117,7 @@ class Sweep:
         self.axial, self.pull = builder.array("axial", inner), builder.array("pull", inner)
         self.mobility = builder.array("mobility", 6 * inner)
         self.yielding = builder.array("yielding", 3 * inner)
+        self.swing_axis = builder.array("swing_axis", 3 * inner) if turns_alone(scene) else None
 
     def run(self, u: ArrayRef | None) -> None:
         """Both ways; writes x'' and the omega_k'."""
@@ -191,6 +193,9 @@ class Sweep:
         inverse = let("inverse_whole", 1 / whole)
         axis = scale(inverse, add(facing, scale(alpha, cross(u, pressed))))
         axial = let("axial_here", whole / (dot(q, facing) + alpha * dot(across, pressed)))
+        if self.swing_axis is not None:
+            # beside a tip alone T is b I: of W q all but u x T x is along q
+            store(self.swing_axis, k, scale(alpha * inverse, cross(q, cross(u, pressed))))
         drawn = scale(alpha * inverse, seen)
         mobility = combine((scales.scale[k] / determinant, symmetric(sub(triangle(dyads(drawn, seen)), triangle(adjugate)))))
         yielding = scale(chain.pull, drawn)
@@ -269,7 +274,9 @@ class Sweep:
             carried = scale(self.scales.lean[k], applied(symmetric((*first, *second)), joint))
             left = sub(carried, load(self.yielding, k))
             end = add(scale(tension, load(self.tension_axis, k)), left)
-            turning = cross(load(self.direction, k), sub(end, joint))
+            turning = cross(load(self.direction, k), sub(end if self.swing_axis is None else left, joint))
+            if self.swing_axis is not None:
+                turning = add(scale(tension, load(self.swing_axis, k)), turning)
             self.rates.write(k, scale(self.inverse_length[k], turning))
             for before, after in zip(joint, end, strict=True):
                 loop.follow(before, after)

@@ -27,7 +27,11 @@ from phichain.lowering.algebra.vector import Vector, add, cross, dot, scale, sub
 
 @dataclass(frozen=True)
 class Outer:
-    """The chain beyond a joint, split at its first link: o, alpha, nu, G, g, c, d and rho in this order."""
+    """The chain beyond a joint, split at its first link: o, alpha, nu, G, g, c, d and rho in this order.
+
+    Beyond two links G is one dyad, f w w^T. As a matrix it is good to a rounding of its norm, and of x.G x nothing may be left where x is
+    almost across w; `dyad` (f, w) keeps (w.x)^2.
+    """
 
     direction: Vector
     axial: Expr
@@ -37,9 +41,17 @@ class Outer:
     pull: Expr
     push: Vector
     minor: Vector
+    dyad: tuple[Expr, Vector] | None = None
+
+    def on(self, vector: Vector) -> Vector:
+        """G times a vector."""
+        if self.dyad is None:
+            return applied(self.tangent, vector)
+        factor, direction = self.dyad
+        return scale(factor * dot(direction, vector), direction)
 
     def flat(self) -> list[Expr]:
-        """All scalars in a fixed order, for a loop to carry."""
+        """All scalars in a fixed order, for a loop to carry; no dyad."""
         return [
             *self.direction, self.axial, *self.lean, *triangle(self.tangent), self.area, self.pull, *self.push, *self.minor,
         ]  # fmt: skip
@@ -69,8 +81,8 @@ class Seen:
         self.tangent_o = cross(self.across_o, q)
         self.along_u = self.along_o + dot(q, outer_chain.lean)
         self.x = add(self.across_o, cross(q, outer_chain.lean))
-        self.tangent_q = applied(outer_chain.tangent, q)
-        self.tangent_x = applied(outer_chain.tangent, self.x)
+        self.tangent_q = outer_chain.on(q)
+        self.tangent_x = outer_chain.on(self.x)
         self.tangent_qq = dot(q, self.tangent_q)
         self.tangent_xx = dot(self.x, self.tangent_x)
 
@@ -174,13 +186,13 @@ class Seen:
 
     def turned(self, vector: Vector) -> Vector:
         """turned(A) of a vector tangent to q."""
-        beyond = cross(self.q, applied(self.outer.tangent, cross(vector, self.q)))
+        beyond = cross(self.q, self.outer.on(cross(vector, self.q)))
         return add(scale(self.outer.axial * dot(self.x, vector), self.x), beyond)
 
     def adjugate(self, vector: Vector) -> Vector:
         """P K of any vector."""
         o, u = self.outer.direction, self.u
-        beyond = cross(u, applied(self.outer.tangent, cross(vector, u)))
+        beyond = cross(u, self.outer.on(cross(vector, u)))
         return self.projected(
             add(scale(self.outer.area * dot(o, vector), o), scale(self.outer.axial, beyond))
         )

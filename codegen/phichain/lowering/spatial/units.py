@@ -7,10 +7,18 @@ rotation of a link with its mass near the joint leaves to divide by shrinks with
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from fractions import Fraction
+from typing import Final
 
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
 from phichain.lowering.chain.parameters import Parameters
 from phichain.scene import Scene
+
+#: Links that feel less of each other's squared rates turn alone: more than a digit of what they turn by may be lost beside those.
+LEAST_FELT: Final = 0.05
+
+#: Ratio of inertias from which on the third link from the tip meets the last two as a dyad: two more digits than it may lose.
+LARGEST_SQUARED: Final = 100
 
 
 class SpatialUnits:
@@ -115,6 +123,44 @@ def amplification(links: Sequence[tuple[float, float]], cart_mass: float | None)
         if place:
             inertia, force = inertia + mass * over * over, force + mass * beta * abs(over)
     return worst if cart_mass is None else max(worst, inertia / cart_mass, force / cart_mass)
+
+
+def turns_alone(scene: Scene) -> bool:
+    """Whether two links hardly feel each other's turning: both accelerations may be small beside the squares of their rates.
+
+    With a and b the moments of a link and of the masses beyond about its joint, w_0^2 reaches the tip as l_0 a_1 w_0^2 / b_1, the tip's link 0
+    as l_0 a_1 w_1^2 / b_0, and a cart gives back a_0^2 w_0^2 / (b_0 (m_c + m_0 + m_1)). A balanced wheel at the end of a rod feels nothing;
+    links alike feel as much as their own. Of more links the sweep's G holds as much rounding as what this saves.
+
+    Args:
+        scene: a chain of points whose numbers are known.
+    """
+    links, length = known_links(scene), scene.length
+    if scene.links != 2 or links is None or isinstance(length, str):
+        return False
+    (inner, outer), (mass, tip) = (float(beta * l) for (_, beta), l in zip(links, length, strict=True)), (float(m) for m, _ in links)
+    long = float(length[0])
+    first, second = mass * inner + tip * long, mass * inner * inner + tip * long * long
+    felt = max(long / outer, long * tip * outer / second)
+    if scene.has_cart and isinstance(scene.cart_mass, int | float | Fraction):
+        felt = max(felt, first * first / (second * (float(scene.cart_mass) + mass + tip)))
+    return felt < LEAST_FELT
+
+
+def squares_loss(scene: Scene) -> bool:
+    """Whether the third link from the tip would lose by the square of an angle what it needs the last two for.
+
+    All that it meets across its own direction is one dyad, of at most (1 - beta)^2 m of the link beyond, beside its own beta^2 m: only
+    where the first is much more does it matter that the dyad's rounding is none of its own.
+
+    Args:
+        scene: a chain of points; False where its numbers are not known.
+    """
+    links = None if scene.inertia is not None else known_links(scene)
+    if links is None or len(links) < 3:
+        return False
+    (mass, beta), (before, own) = links[-2], links[-3]
+    return mass * (1 - beta) ** 2 > LARGEST_SQUARED * before * own**2
 
 
 def known_links(scene: Scene) -> list[tuple[float, float]] | None:

@@ -21,12 +21,11 @@ from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.chain.planar_links import PlanarLinks
 from phichain.lowering.planar.geared.dynamics import Solved, solved, write_swing
 from phichain.lowering.planar.geared.substitution import Substitution
+from phichain.lowering.planar.geared.torques import Torques, torques
 from phichain.lowering.planar.joints import (
     PlanarState,
     absolute,
-    couples,
     difference,
-    input_couples,
     planar_state,
 )
 from phichain.scene import Scene
@@ -82,8 +81,8 @@ class _Derivatives:
         self.carts = int(scene.has_cart)
         self.state: PlanarState = planar_state(builder, scene, self.q, self.v)
         push = push_on_cart(scene, parameters, self.u, self.state.speed) if scene.has_cart else None
-        couple = couples(builder, scene, parameters, self.state, self.u)
-        self.solved: Solved = solved(builder, scene, parameters, self.state, couple, push)
+        acting = torques(builder, scene, parameters, self.state, self.u)
+        self.solved: Solved = solved(builder, scene, parameters, self.state, acting, push)
         self.turned = Substitution(builder, parameters, self.solved.of)
         seeds = scene.nv + scene.nu
         self.seeds = builder.constants("seed", [Fraction(int(i == seeds - 1)) for i in range(2 * seeds - 1)]).shifted(seeds - 1)
@@ -101,7 +100,7 @@ class _Derivatives:
             with builder.loop("j", 0, scene.nu) as columns:
                 inputs = self.seeds.shifted(-columns.index)
                 push = inputs[0] / self.parameters.units.force if scene.has_force else None
-                self._column(input_couples(builder, scene, self.parameters, inputs), None, push, dadu.shifted(columns.index, scene.nu))
+                self._column(torques(builder, scene, self.parameters, None, inputs), None, push, dadu.shifted(columns.index, scene.nu))
         if self.carts:
             with builder.loop("i", 0, scene.nv) as loop:
                 dadq[loop.index * scene.nv] = 0
@@ -127,19 +126,13 @@ class _Derivatives:
         phi = absolute(builder, scene, "turned_by", turn)
         bend, rise, torque = (builder.array(name, links) for name in ("column_bend", "column_rise", "column_torque"))
         swing, stiffness = self.solved.substitution.work["swing"], self.parameters.stiffness
-        between = None if stiffness is None else difference(builder, scene, "joint_turned_by", turn)
-        with builder.loop("k", links - 1, -1, -1) as loop:
+        with builder.loop("k", 0, links) as loop:
             k = loop.index
             bend[k] = -(swing[k] * phi[k])
             rise[k] = -((rate[k] * rate[k]) * phi[k])
-            total = moment[k] * phi[k]
-            if stiffness is not None and between is not None:
-                beyond = loop.carry("sprung_beyond", 0)
-                sprung = builder.let("sprung", stiffness[k] * between[k])
-                total = total + (beyond - sprung)
-                loop.follow(beyond, sprung)
-            torque[k] = total
-        self._column(torque, (bend, rise), None, column)
+            torque[k] = moment[k] * phi[k]
+        joint = None if stiffness is None else self._resisted(stiffness, difference(builder, scene, "joint_turned_by", turn))
+        self._column(Torques(torque, joint), (bend, rise), None, column)
 
     def _by_rate(self, j: Index, slopes: ArrayRef | None, column: ArrayRef) -> None:
         """Along the scene's rate j."""
@@ -148,16 +141,15 @@ class _Derivatives:
         own, bend = absolute(builder, scene, "faster_by", faster), builder.array("column_bend", links)
         with builder.loop("k", 0, links) as loop:
             bend[loop.index] = -(2 * self.state.rate[loop.index] * own[loop.index])
-        torque = None
-        if slopes is not None:
-            torque, between = builder.array("column_torque", links), difference(builder, scene, "joint_faster_by", faster)
-            with builder.loop("k", links - 1, -1, -1) as loop:
-                k = loop.index
-                beyond = loop.carry("slowed_beyond", 0)
-                slowed = builder.let("slowed", slopes[k] * between[k])
-                torque[k] = beyond - slowed
-                loop.follow(beyond, slowed)
-        self._column(torque, (bend, None), None, column)
+        joint = None if slopes is None else self._resisted(slopes, difference(builder, scene, "joint_faster_by", faster))
+        self._column(Torques(joint=joint), (bend, None), None, column)
+
+    def _resisted(self, slope: ArrayRef, by: ArrayRef) -> ArrayRef:
+        """Torques across the joints, of so much for each unit of what they turn or turn faster by."""
+        joint = self.builder.array("column_joint_torque", self.scene.links)
+        with self.builder.loop("k", 0, self.scene.links) as loop:
+            joint[loop.index] = -(slope[loop.index] * by[loop.index])
+        return joint
 
     def _by_speed(self, column: ArrayRef) -> None:
         """Along the cart's speed."""
@@ -166,14 +158,14 @@ class _Derivatives:
                 column[loop.index] = 0
             return
         slope = cart_slope(self.scene, self.parameters, None if self.state.speed is None else self.state.speed[0])
-        self._column(None, None, -slope, column)
+        self._column(Torques(), None, -slope, column)
 
     def _column(
-        self, torque: ArrayRef | None, bent: tuple[ArrayRef, ArrayRef | None] | None, push: Expr | None, column: ArrayRef
+        self, acting: Torques, bent: tuple[ArrayRef, ArrayRef | None] | None, push: Expr | None, column: ArrayRef
     ) -> None:
         """The accelerations of a right side, into a column."""
         bend, rise = (self._still(), None) if bent is None else bent
-        self.turned.inwards(torque, bend, rise)
+        self.turned.inwards(acting, bend, rise)
         base, cart = self.turned.base(push, self.scene.has_cart, 0)
         self.turned.outwards(base, bend, rise)
         write_swing(self.builder, self.scene, self.turned, cart, column)

@@ -10,7 +10,8 @@ from phichain.lowering.chain.losses import push_on_cart
 from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.planar.geared.elimination import Elimination, kept_in, layout_of
 from phichain.lowering.planar.geared.substitution import Substitution
-from phichain.lowering.planar.joints import PlanarState, couples, from_absolute
+from phichain.lowering.planar.geared.torques import Torques, torques
+from phichain.lowering.planar.joints import PlanarState, from_absolute
 from phichain.scene import Scene
 
 
@@ -42,11 +43,11 @@ def accelerations(
 ) -> None:
     """Write the accelerations [x'', theta''] into `a`."""
     push = push_on_cart(scene, parameters, u, state.speed) if scene.has_cart else None
-    solved(builder, scene, parameters, state, couples(builder, scene, parameters, state, u), push).write(a)
+    solved(builder, scene, parameters, state, torques(builder, scene, parameters, state, u), push).write(a)
 
 
 def solved(
-    builder: Builder, scene: Scene, parameters: Parameters, state: PlanarState, couple: ArrayRef | None, push: Expr | None
+    builder: Builder, scene: Scene, parameters: Parameters, state: PlanarState, acting: Torques, push: Expr | None
 ) -> Solved:
     """Eliminate and substitute.
 
@@ -55,7 +56,7 @@ def solved(
         scene: the chain, on a wall or on a cart that moves freely.
         parameters: its numbers.
         state: angles and rates.
-        couple: torques on the links, or None.
+        acting: torques on the links and across the joints.
         push: the force on a cart.
     """
     sine, cosine = builder.sincos(state.angle, scene.links)
@@ -67,7 +68,7 @@ def solved(
         bend[loop.index] = -(state.rate[loop.index] * state.rate[loop.index])
     of = (kept | {"sine": sine, "cosine": cosine}).__getitem__
     substitution = Substitution(builder, parameters, of)
-    substitution.inwards(couple, bend, None)
+    substitution.inwards(acting, bend, None)
     base, cart = substitution.base(push, scene.has_cart)
     substitution.outwards(base, bend, None)
     return Solved(builder, scene, of, substitution, cart)
