@@ -46,6 +46,6 @@ class Preparation:
 
 def preparation(model: Model) -> Preparation:
     """Split a scene's forward dynamics, in the form that its `code` asks for."""
-    whole = inline(lower_function(model, "forward_dynamics", model.scene.code))
+    whole = inline(lower_function(model, "forward_dynamics", model.scene.code, keeps_tables=True))
     split = prepared(whole, VALUES)
     return Preparation(split, joined(split) if split else whole)

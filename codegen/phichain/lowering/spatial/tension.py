@@ -21,7 +21,14 @@ from phichain.ir.builder import ArrayRef, Builder, Expr, Index
 from phichain.lowering.algebra.vector import Vector, add, cross, dot, load, scale, store, sub
 from phichain.lowering.chain.losses import brakes_cart, cart_drag
 from phichain.lowering.chain.parameters import Parameters
-from phichain.lowering.spatial.links import cosines, couples_of, directions, joint_moments, neighbours, write_cross
+from phichain.lowering.spatial.links import (
+    cosines,
+    couples_of,
+    directions,
+    joint_moments,
+    neighbours,
+    write_cross,
+)
 from phichain.lowering.spatial.rates import AngularVelocities, Rates
 from phichain.lowering.tensions import Joints, middle, solve_tensions, takes_cosines, write_tensions
 from phichain.scene import Scene
