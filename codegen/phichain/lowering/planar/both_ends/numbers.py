@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, fields
 from functools import cache
 
@@ -48,91 +47,72 @@ class Numbers:
     lift: Expr
 
 
-@dataclass(frozen=True)
-class _Own:
-    """What the other numbers of a link are products of; `scaled` is R S."""
-
-    leverage: Expr
-    inner: Expr
-    outer: Expr
-    mass: Expr
-    force: Expr
-    scaled: Expr
-
-    def numbers(self) -> Numbers:
-        """All of them."""
-        leverage, inner, outer, outer_squared = self.leverage, self.inner, self.outer, self.outer * self.outer
-        mass, force, scaled, minor = self.mass, self.force, self.scaled, self.force * self.scaled
-        return Numbers(
-            leverage=leverage, overhang=inner * outer, inner=inner, inner_squared=inner * inner, outer=outer, outer_squared=outer_squared,
-            own=mass * (leverage * leverage), mass=mass, determinant=mass * scaled * outer_squared, force=force,
-            minor_inner=minor * inner, minor_outer=minor * outer, lift=scaled * leverage,
-        )  # fmt: skip
-
-
 def beyond(builder: Builder, units: LinkUnits, k: Index) -> Numbers:
     """Of link k on the tip's side, whose next link is k - 1."""
-    return _beyond(builder, units, k).numbers()
-
-
-def _beyond(builder: Builder, units: LinkUnits, k: Index) -> _Own:
     mass = units.mass[k]
-    return _Own(units.leverage[k], builder.lift(1), units.overhang[k], mass, mass * units.length[k], mass * units.leverage_step[k])
+    pair = builder.lift(1), units.overhang[k]
+    return _numbers(units, k, pair, (mass, mass * units.length[k], units.leverage_step[k]))
 
 
-def _before(builder: Builder, units: LinkUnits, k: Index) -> _Own:
+def before(builder: Builder, units: LinkUnits, k: Index) -> Numbers:
     """Of link k on the base's side, whose next link is k + 1; what stands for its inertia and force holds lambda^2 and lambda."""
-    grown, leverage = units.leverage_step[k + 1], units.leverage[k]
+    grown = units.leverage_step[k + 1]
+    pair = units.overhang[k], builder.lift(1)
     mass, force = units.mass[k + 1] * grown * grown, grown * units.outward[k + 1]
-    return _Own(leverage, units.overhang[k], builder.lift(1), mass, force, mass * (leverage * units.shortening[k + 1]))
+    return _numbers(units, k, pair, (mass, force, units.leverage[k] * units.shortening[k + 1]))
+
+
+def _numbers(units: LinkUnits, k: Index, pair: tuple[Expr, Expr], steps: tuple[Expr, Expr, Expr]) -> Numbers:
+    (inner, outer), (mass, force, step) = pair, steps
+    leverage, outer_squared, scaled = units.leverage[k], outer * outer, mass * step
+    minor = force * scaled
+    return Numbers(
+        leverage=leverage, overhang=units.overhang[k], inner=inner, inner_squared=inner * inner, outer=outer, outer_squared=outer_squared,
+        own=mass * (leverage * leverage), mass=mass, determinant=mass * scaled * outer_squared, force=force,
+        minor_inner=minor * inner, minor_outer=minor * outer, lift=scaled * leverage,
+    )  # fmt: skip
 
 
 class Rows:
-    """The numbers of both sides' links row by row, the tip's first: what all have in common vanishes from the code.
-
-    Of runtime parameters six tables are made of both sides' links, and cell by cell the others, which are products of these.
-    """
+    """The numbers of both sides' links row by row, the tip's first: what all have in common vanishes from the code."""
 
     def __init__(self, builder: Builder, units: LinkUnits, rows: int) -> None:
         self._builder, self._units, self._rows = builder, units, rows
-        self._alike = dict[tuple[object, ...], ArrayRef]()
+        self._tables = dict[str, ArrayRef]()
         with builder.first_of_all():
-            self._tables, unknown = self._folded(Numbers, lambda own: own.numbers())
-            if unknown:
-                own = self._written()
-                self._tables |= {name: own[name] if name in own else self._product(name, own) for name in unknown}
+            self._write(self._folded())
 
     def __getitem__(self, cell: Index) -> Numbers:
         """Those of the link of a row and a side, cell 2 row + side."""
         return Numbers(**{name: table[cell] for name, table in self._tables.items()})
 
-    def _of(self, row: Index) -> tuple[_Own, _Own]:
+    def _of(self, row: Index) -> tuple[Numbers, Numbers]:
         """Of a row's link on the tip's side, and on the base's."""
         builder, units = self._builder, self._units
-        return _beyond(builder, units, 2 * self._rows - 1 - row), _before(builder, units, row)
+        return beyond(builder, units, 2 * self._rows - 1 - row), before(builder, units, row)
 
-    def _folded(self, kind: type[Numbers | _Own], of_own: Callable[[_Own], Numbers | _Own]) -> tuple[dict[str, ArrayRef], list[str]]:
-        """The tables that are numbers, one for all that are alike; and the names of the others."""
-        of, tables, others = cache(lambda row: tuple(map(of_own, self._of(row)))), dict[str, ArrayRef](), list[str]()
-        for name in (field.name for field in fields(kind)):
+    def _folded(self) -> list[str]:
+        """Make the tables that are numbers, one for all that are alike; returns the names of the others."""
+        of, alike, others = cache(self._of), dict[tuple[object, ...], ArrayRef](), list[str]()
+        for name in (field.name for field in fields(Numbers)):
 
             def entry(cell: Index, name: str = name) -> Expr:
                 assert isinstance(cell, int)
-                value: Expr = getattr(of(cell // 2)[cell % 2], name)
-                return value
+                return getattr(of(cell // 2)[cell % 2], name)
 
             known = self._builder.known(2 * self._rows, entry)
             if known is None:
                 others.append(name)
                 continue
-            if known not in self._alike:
-                self._alike[known] = self._builder.constants(f"row_{name}", known)
-            tables[name] = self._alike[known]
-        return tables, others
+            if known not in alike:
+                alike[known] = self._builder.constants(f"row_{name}", known)
+            self._tables[name] = alike[known]
+        return others
 
-    def _written(self) -> dict[str, ArrayRef]:
-        """Those of `_Own`, one for all that are alike."""
-        tables, names = self._folded(_Own, lambda own: own)
+    def _write(self, names: list[str]) -> None:
+        """Compute the tables that runtime parameters determine, one for all that are alike."""
+        if not names:
+            return
         alike = dict[tuple[Operand, Operand], ArrayRef]()
         with self._builder.loop("i", 0, self._rows) as loop:
             tip, base = self._of(loop.index)
@@ -142,12 +122,4 @@ class Rows:
                 if key not in alike:
                     alike[key] = table = self._builder.array(f"row_{name}", 2 * self._rows)
                     table[2 * loop.index], table[2 * loop.index + 1] = pair
-                tables[name] = alike[key]
-        return tables
-
-    def _product(self, name: str, own: dict[str, ArrayRef]) -> ArrayRef:
-        """A table of products of these."""
-        table = self._builder.array(f"row_{name}", 2 * self._rows)
-        with self._builder.loop("cell", 0, 2 * self._rows) as loop:
-            table[loop.index] = getattr(_Own(**{part: cells[loop.index] for part, cells in own.items()}).numbers(), name)
-        return table
+                self._tables[name] = alike[key]
