@@ -176,7 +176,7 @@ def test_nothing_is_registered_twice() -> None:
 
 def test_every_writer_is_a_row_or_is_called_by_one() -> None:
     called = {callee for writer in WRITERS.entries.values() for callee in writer.calls}
-    own_programs_of_flows = {"rosenbrock_increment", "bent_increment", "dynamics_of_many"}
+    own_programs_of_flows = {"rosenbrock_increment", "bent_increment", "dynamics_of_many", "dynamics_of_prepared"}
     for name, variant in WRITERS.entries:
         assert name in FUNCTIONS or name in called | own_programs_of_flows, name
         assert variant in (ANY, *SPACES)

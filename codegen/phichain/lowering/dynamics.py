@@ -31,6 +31,8 @@ from phichain.scene import Scene
 
 #: The planar accelerations for many states at once.
 OF_MANY: Final = "dynamics_of_many"
+#: Those of runtime parameters that have been prepared.
+OF_PREPARED: Final = "dynamics_of_prepared"
 #: A sweep that writes the accelerations.
 Form = Callable[[Builder, Scene, Parameters, PlanarState, ArrayRef | None, ArrayRef], None]
 
@@ -65,6 +67,19 @@ def planar_forward_dynamics(
 def dynamics_of_many(builder: Builder, scene: Scene, parameters: Parameters) -> None:
     """The Program `dynamics_of_many`: q, v[, u] -> a of a planar chain, for vectors that hold a number of every state."""
     _planar(builder, scene, parameters, declared(builder, scene, "forward_dynamics"), _by_scalars)
+
+
+@helps(OF_PREPARED, "The accelerations where runtime parameters have been prepared.", units=planar_units, lumped=True)
+def dynamics_of_prepared(builder: Builder, scene: Scene, parameters: Parameters) -> None:
+    """The Program `dynamics_of_prepared`: q, v[, u] -> a of a long planar chain, whose tables are not made at every call."""
+    _planar(builder, scene, parameters, declared(builder, scene, "forward_dynamics"), lambda _: planar_lanes.accelerations)
+
+
+def form_of_prepared(scene: Scene) -> str:
+    """The Program that is split into what runtime parameters alone determine and the rest."""
+    on_its_wall = on_wall(scene)
+    of_lanes = scene.is_planar and _by_scalars(on_its_wall) is planar_both_ends.accelerations and planar_lanes.suits_prepared(on_its_wall)
+    return OF_PREPARED if of_lanes else "forward_dynamics"
 
 
 def form_of_many(scene: Scene) -> str:

@@ -16,6 +16,7 @@ from phichain.ir.passes import prune, total_operations, unroll
 from phichain.ir.short_loops import without_short_loops
 from phichain.lowering.agreement import check_model
 from phichain.lowering.chain.body import point_masses
+from phichain.lowering.chain.losses import ties_links
 from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.chain.room import saves_memory, saves_text
 from phichain.lowering.writers import WRITERS, Writer, declared
@@ -24,6 +25,7 @@ from phichain.scene import Scene
 from phichain.transform.blocks import Block
 from phichain.transform.by_need import in_order_of_need
 from phichain.transform.fused import with_fused_loops
+from phichain.transform.in_place import with_products_in_place
 from phichain.transform.tangent import jacobian
 from phichain.transform.twins import without_twins
 from phichain.transform.unread import without_unread_cells
@@ -38,6 +40,8 @@ JACOBIAN_UNROLL_LIMIT = 2500
 WRITTEN_JACOBIAN_UNROLL_LIMIT = 1600
 #: And from here on, where loops take at most a third more: what they save of text and of a target's memory is worth that.
 SPARSE_LOOPS_FROM, SPARSE_LOOPS = 1000, Fraction(4, 3)
+#: Up to so many links with couples on them products of runtime parameters are formed in the sweep's loops.
+_LONGEST_COUPLED = 12
 
 
 @dataclass(frozen=True)
@@ -75,22 +79,28 @@ def lower(model: Model, code: Code | None = None) -> Lowered:
     return Lowered(model, MappingProxyType(wanted), MappingProxyType(helpers), lowering.params)
 
 
-def lower_function(model: Model, name: str, code: Code = "auto") -> Program:
-    """One function alone; `code` is "auto", "unrolled" or "loops".
+def lower_function(model: Model, name: str, code: Code = "auto", keeps_tables: bool = False) -> Program:
+    """One function alone.
+
+    Args:
+        model: the mechanics of a scene.
+        name: the function.
+        code: "auto", "unrolled" or "loops".
+        keeps_tables: whether all that runtime parameters alone determine stands in tables, for who computes these once.
 
     Raises:
         DerivationError: See `lower`.
         ContractError: It has no writer.
     """
     check_model(model)
-    return _Lowering(model, code).program(name)
+    return _Lowering(model, code, keeps_tables).program(name)
 
 
 class _Lowering:
     """The Programs of one Model, each made once, in the form that its scene asks for."""
 
-    def __init__(self, model: Model, code: Code | None) -> None:
-        self.model = model
+    def __init__(self, model: Model, code: Code | None, keeps_tables: bool = False) -> None:
+        self.model, self.keeps_tables = model, keeps_tables
         self.scene = replace(model.scene, code=code) if code else model.scene
         self._made: dict[str, Program] = {}
 
@@ -113,10 +123,16 @@ class _Lowering:
         """Straight-line code or loops, by wish or by operation count."""
         code, loops = self.scene.code, self._loops(name)
         if code == "loops" or (code == "auto" and total_operations(loops) > 2 * UNROLL_LIMIT):
-            return self._in_loops(loops)
+            return self._without_tables(name, self._in_loops(loops))
         flat = self._in_line(unroll(loops))
         is_flat = code == "unrolled" or total_operations(flat) <= UNROLL_LIMIT
-        return flat if is_flat else self._in_loops(loops)
+        return flat if is_flat else self._without_tables(name, self._in_loops(loops))
+
+    def _without_tables(self, name: str, program: Program) -> Program:
+        """The accelerations of runtime parameters with products of these where loops that wait for their last turn have time for them."""
+        if self.keeps_tables or name != "forward_dynamics" or not _has_time(self.scene):
+            return program
+        return with_products_in_place(program)
 
     def _derived(self, row: Function, derivative: Derivative) -> Program:
         """The same for the Jacobian of another function: that function differentiated, or written out where that is less work."""
@@ -181,6 +197,15 @@ class _Lowering:
         callees = [self.program(callee) for callee in writer.calls]
         writer.write(builder, scene, parameters, *callees, **declared(builder, self.scene, name))
         return prune(builder.finish())
+
+
+def _has_time(scene: Scene) -> bool:
+    """Whether products of runtime parameters take less in a planar sweep's loops than as tables: from eight links on; with couples on the
+    links, which are eliminated from the tip alone, the loops of more than twelve take as long (1.00 to 1.05 of the time).
+    """
+    if not scene.is_planar or not scene.runtime or saves_memory(scene):
+        return False
+    return scene.links <= _LONGEST_COUPLED or not (ties_links(scene) or scene.actuated_joints)
 
 
 def _limit_of_written(flat: Program, looped: Program) -> int:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 from phichain.ir.inline import inline
 from phichain.ir.nodes import Program
 from phichain.ir.passes import total_operations
+from phichain.lowering.dynamics import form_of_prepared
 from phichain.lowering.lower import lower_function
 from phichain.mechanics import Model
 from phichain.transform.prepared import Split, joined, prepared
@@ -46,6 +47,7 @@ class Preparation:
 
 def preparation(model: Model) -> Preparation:
     """Split a scene's forward dynamics, in the form that its `code` asks for."""
-    whole = inline(lower_function(model, "forward_dynamics", model.scene.code))
+    whole = inline(lower_function(model, form_of_prepared(model.scene), model.scene.code, keeps_tables=True))
+    whole = replace(whole, name="forward_dynamics")
     split = prepared(whole, VALUES)
     return Preparation(split, joined(split) if split else whole)

@@ -17,6 +17,9 @@ Both are fractions of numbers that obey linear recurrences (t = n / d: d' = d + 
 scaled by d. Carrying numerator and denominator takes the divisions off the chain of dependent operations. Since t_k <= rho_k
 and z_k <= 1 / rho_k, the growth of d is bounded beforehand; where the bound is too large, or unknown because the masses are
 runtime parameters, every step divides instead and d stays 1.
+
+Two links of like masses need none of it: with 1 - c_1^2 for s_1^2 the pivot is a plain difference that leaves a known part of 1
+(`takes_cosines`), and no product of the links is waited for.
 """
 
 from __future__ import annotations
@@ -25,9 +28,12 @@ from dataclasses import dataclass, replace
 
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index, Loop
 from phichain.lowering.chain.parameters import Parameters
+from phichain.scene import Scene
 
 #: Up to so many links what counts is the operations; beyond, how long a tension waits for its neighbour's.
 _SHORT = 3
+#: Up to so many units of rounding of a pivot cosines alone may cost in the worst of all states.
+_MOST_ROUNDINGS = 5
 #: Largest growth of a denominator that leaves the scaled loads far from overflow.
 _LARGEST_GROWTH = {"double": 1e100, "float": 1e12}
 
@@ -38,17 +44,26 @@ class Joints:
 
     Attributes:
         cosine: q_{k-1}.q_k for k >= 1.
-        sine_squared: |q_{k-1} x q_k|^2 for k >= 1.
+        sine_squared: |q_{k-1} x q_k|^2 for k >= 1; None where pivots are made of cosines alone.
         base_slack: rho_0 s_0^2, zero on a fixed base.
         right_side: b_k.
         meeting: the link where the fronts from the base and from the tip meet.
     """
 
     cosine: ArrayRef
-    sine_squared: ArrayRef
+    sine_squared: ArrayRef | None
     base_slack: Expr
     right_side: ArrayRef
     meeting: int
+
+
+def takes_cosines(scene: Scene) -> bool:
+    """Whether two links' pivot may be made of 1 - c_1^2: it is at least 1 / (1 + rho_1), and off by two roundings of 1 and two of rho_0."""
+    if scene.links != 2 or isinstance(scene.mass, str) or isinstance(scene.cart_mass, str):
+        return False
+    first, second = scene.mass
+    on_cart = 0.0 if scene.cart_mass is None else first / scene.cart_mass
+    return 2 * (1 + on_cart) * (1 + second / first) <= _MOST_ROUNDINGS
 
 
 @dataclass(frozen=True)
@@ -89,6 +104,8 @@ def middle(links: int) -> int:
 def solve_tensions(builder: Builder, parameters: Parameters, joints: Joints) -> ArrayRef:
     """Scaled tensions lambda_k / m_k, N + 1 cells, the last one (beyond the tip) zero."""
     links, meeting = parameters.links, joints.meeting
+    if joints.sine_squared is None:
+        return _of_two(builder, parameters, joints)
     sweep = _Sweep(builder, parameters, joints)
     scaled = parameters.pivot_growth <= _LARGEST_GROWTH[parameters.real]
     one, nothing = builder.lift(1), builder.lift(0)
@@ -114,11 +131,24 @@ def write_tensions(builder: Builder, parameters: Parameters, scaled: ArrayRef, o
         out[loop.index] = scaled[loop.index] * (parameters.mass[loop.index] * unit)
 
 
+def _of_two(builder: Builder, parameters: Parameters, joints: Joints) -> ArrayRef:
+    """The same of two links by the first one's plain pivot, 1 + t_0 less what the other takes of it."""
+    ratio, turn, load = parameters.mass_ratio[1], joints.cosine[1], joints.right_side[1]
+    tension, inverse = builder.array("tension", 3), 1 / (1 + ratio)
+    lever = builder.let("lever", turn * inverse)
+    pivot = (1 + joints.base_slack) - ratio * (turn * lever)
+    tension[0] = first = builder.let("middle_tension", (joints.right_side[0] + ratio * (lever * load)) / pivot)
+    tension[1] = builder.let("outer_tension_next", load * inverse + lever * first)
+    tension[2] = builder.lift(0)
+    return tension
+
+
 class _Sweep:
     """Elimination steps and back substitution; `load`, `coupling` and `gain` carry one to the other."""
 
     def __init__(self, builder: Builder, parameters: Parameters, joints: Joints) -> None:
-        self.builder, self.joints = builder, joints
+        assert joints.sine_squared is not None
+        self.builder, self.joints, self.sine_squared = builder, joints, joints.sine_squared
         self.links = parameters.links
         self.ratio, self.inverse_ratio = parameters.mass_ratio, parameters.inverse_mass_ratio
         self.is_short = self.links <= _SHORT
@@ -132,7 +162,7 @@ class _Sweep:
         load = self.builder.let("base_load", self.joints.right_side[k] * front.denominator + front.incoming)
         inverse = self.builder.let("base_inverse_pivot", 1 / (front.denominator + front.numerator))
         self._keep(k, load, ratio * (cosine * front.denominator), inverse)
-        numerator = ratio * (self.joints.sine_squared[k + 1] * front.denominator + front.numerator)
+        numerator = ratio * (self.sine_squared[k + 1] * front.denominator + front.numerator)
         return self._passed_on(front, front.numerator, numerator, cosine * load, inverse)
 
     def from_tip(self, front: _Front, k: Index) -> _Front:
@@ -142,7 +172,7 @@ class _Sweep:
         load = self.builder.let("tip_load", self.joints.right_side[k] * front.denominator + front.incoming)
         inverse = self.builder.let("tip_inverse_pivot", 1 / (front.denominator + slack))
         self._keep(k, load, cosine * front.denominator, ratio * inverse)
-        late = self.joints.sine_squared[k] * front.denominator
+        late = self.sine_squared[k] * front.denominator
         following = self._passed_on(front, slack, late + slack, cosine * load, inverse)
         return replace(following, parts=(late, slack)) if front.scaled else following
 

@@ -20,6 +20,7 @@ static const spatial2_cart_real spatial2_cart_length_table[2] = {0.3, 0.2};
 static const spatial2_cart_real spatial2_cart_c_diagonal_table[2] = {0.027, 0.004000000000000001};
 static const spatial2_cart_real spatial2_cart_mu_table[2] = {0.09, 0.020000000000000004};
 static const spatial2_cart_real spatial2_cart_mass_table[2] = {0.2, 0.1};
+static const spatial2_cart_real spatial2_cart_inverse_length_table[2] = {3.3333333333333335, 5.0};
 
 /* Accelerations: the equations of motion solved.
  *
@@ -30,16 +31,12 @@ static const spatial2_cart_real spatial2_cart_mass_table[2] = {0.2, 0.1};
  *   outer_tension_next                m/s^2  tension, substituted back from the middle towards the tip
  *   right_side                        m/s^2  right side of a link's row: l |q'|^2 and the forces on both its
  *                                            masses along it
- *   coupling                                 share of the neighbour's tension that comes on top
- *   sine_squared                             squared sine of the angle between a link and the one before
  *   outer_pull, inner_pull            1/s^2  pull of the link beyond or before, over mass and length of this
  *                                            one
  *   free_cart_acceleration            m/s^2  acceleration of the cart if the first link had no tension
  *   cart_acceleration                 m/s^2  acceleration of the cart
  *   cosine                                   q_(k-1) . q_k, cosine of the angle between neighbours
  *   cross, cross_x, cross_y, cross_z         q_(k-1) x q_k
- *   gain                                     share of the joint's acceleration along the link, and in any
- *                                            direction, that slows the tip
  */
 void spatial2_cart_forward_dynamics(const spatial2_cart_real q[8], const spatial2_cart_real v[8],
     const spatial2_cart_real u[2], spatial2_cart_real a[SPATIAL2_CART_RESTRICT 8])
@@ -47,36 +44,23 @@ void spatial2_cart_forward_dynamics(const spatial2_cart_real q[8], const spatial
     spatial2_cart_real cosine[2];
     spatial2_cart_real cross[9];
     spatial2_cart_real right_side[2];
-    spatial2_cart_real sine_squared[2];
-    spatial2_cart_real load[2];
-    spatial2_cart_real coupling[2];
-    spatial2_cart_real gain[2];
     spatial2_cart_real tension[3];
 
     const spatial2_cart_real cosine_1 = q[2] * q[5] + q[3] * q[6] + q[4] * q[7];
     cosine[1] = cosine_1;
-    const spatial2_cart_real cross_x_1 = q[6] * q[4] - q[7] * q[3];
-    const spatial2_cart_real cross_y_1 = q[7] * q[2] - q[5] * q[4];
-    const spatial2_cart_real cross_z_1 = q[5] * q[3] - q[6] * q[2];
-    cross[3] = cross_x_1;
-    cross[4] = cross_y_1;
-    cross[5] = cross_z_1;
     cross[6] = 0.0;
     cross[7] = 0.0;
     cross[8] = 0.0;
     const spatial2_cart_real free_cart_acceleration = 2.0 * u[0];
     const spatial2_cart_real free_cart_acceleration_2 = 2.0 * u[1];
-    right_side[0] = 0.3 * (v[2] * v[2] + v[3] * v[3] + v[4] * v[4]) + 9.81 * q[4]
-        - (q[2] * free_cart_acceleration + q[3] * free_cart_acceleration_2);
+    right_side[0] = 9.81 * q[4] - q[2] * free_cart_acceleration - q[3] * free_cart_acceleration_2
+        + 0.3 * (v[2] * v[2] + v[3] * v[3] + v[4] * v[4]);
     right_side[1] = 0.2 * (v[5] * v[5] + v[6] * v[6] + v[7] * v[7]);
-    sine_squared[1] = cross[3] * cross[3] + cross[4] * cross[4] + cross[5] * cross[5];
-    gain[1] = 0.6666666666666666;
-    load[1] = right_side[1];
-    coupling[1] = cosine[1];
-    const spatial2_cart_real middle_tension = (3.0 * right_side[0] + cosine[1] * right_side[1])
-        / (1.2000000000000002 * (q[2] * q[2] + q[3] * q[3]) + 2.0 + sine_squared[1]);
+    const spatial2_cart_real lever = 0.6666666666666666 * cosine[1];
+    const spatial2_cart_real middle_tension = (right_side[0] + 0.5 * (lever * right_side[1]))
+        / (1.0 + 0.4 * (q[2] * q[2] + q[3] * q[3]) - 0.5 * (cosine[1] * lever));
     tension[0] = middle_tension;
-    const spatial2_cart_real outer_tension_next = (load[1] + coupling[1] * middle_tension) * gain[1];
+    const spatial2_cart_real outer_tension_next = 0.6666666666666666 * right_side[1] + lever * middle_tension;
     tension[1] = outer_tension_next;
     tension[2] = 0.0;
     const spatial2_cart_real pull_on_cart = 0.4 * tension[0];
@@ -84,6 +68,12 @@ void spatial2_cart_forward_dynamics(const spatial2_cart_real q[8], const spatial
     const spatial2_cart_real cart_acceleration_2 = free_cart_acceleration_2 + q[3] * pull_on_cart;
     a[0] = cart_acceleration;
     a[1] = cart_acceleration_2;
+    const spatial2_cart_real cross_x = q[6] * q[4] - q[7] * q[3];
+    const spatial2_cart_real cross_y = q[7] * q[2] - q[5] * q[4];
+    const spatial2_cart_real cross_z = q[5] * q[3] - q[6] * q[2];
+    cross[3] = cross_x;
+    cross[4] = cross_y;
+    cross[5] = cross_z;
     const spatial2_cart_real t1 = 1.6666666666666667 * tension[1];
     a[2] = 32.7 * q[3] - q[4] * (-3.3333333333333335 * cart_acceleration_2) - cross[3] * t1;
     a[3] = q[4] * (-3.3333333333333335 * cart_acceleration) - 32.7 * q[2] - cross[4] * t1;
@@ -108,38 +98,24 @@ void spatial2_cart_direction_dynamics(const spatial2_cart_real q[8], const spati
     spatial2_cart_real cosine[2];
     spatial2_cart_real cross[9];
     spatial2_cart_real right_side[2];
-    spatial2_cart_real sine_squared[2];
-    spatial2_cart_real load[2];
-    spatial2_cart_real coupling[2];
-    spatial2_cart_real gain[2];
     spatial2_cart_real tension[3];
 
     const spatial2_cart_real cosine_1 = q[2] * q[5] + q[3] * q[6] + q[4] * q[7];
     cosine[1] = cosine_1;
-    const spatial2_cart_real cross_x_1 = q[6] * q[4] - q[7] * q[3];
-    const spatial2_cart_real cross_y_1 = q[7] * q[2] - q[5] * q[4];
-    const spatial2_cart_real cross_z_1 = q[5] * q[3] - q[6] * q[2];
-    cross[3] = cross_x_1;
-    cross[4] = cross_y_1;
-    cross[5] = cross_z_1;
     cross[6] = 0.0;
     cross[7] = 0.0;
     cross[8] = 0.0;
     const spatial2_cart_real free_cart_acceleration = 2.0 * u[0];
     const spatial2_cart_real free_cart_acceleration_2 = 2.0 * u[1];
     const spatial2_cart_real t1 = q_dot[2] * q_dot[2] + q_dot[3] * q_dot[3] + q_dot[4] * q_dot[4];
-    right_side[0] = 0.3 * t1 + 9.81 * q[4] - (q[2] * free_cart_acceleration
-        + q[3] * free_cart_acceleration_2);
+    right_side[0] = 9.81 * q[4] - q[2] * free_cart_acceleration - q[3] * free_cart_acceleration_2 + 0.3 * t1;
     const spatial2_cart_real t2 = q_dot[5] * q_dot[5] + q_dot[6] * q_dot[6] + q_dot[7] * q_dot[7];
     right_side[1] = 0.2 * t2;
-    sine_squared[1] = cross[3] * cross[3] + cross[4] * cross[4] + cross[5] * cross[5];
-    gain[1] = 0.6666666666666666;
-    load[1] = right_side[1];
-    coupling[1] = cosine[1];
-    const spatial2_cart_real middle_tension = (3.0 * right_side[0] + cosine[1] * right_side[1])
-        / (1.2000000000000002 * (q[2] * q[2] + q[3] * q[3]) + 2.0 + sine_squared[1]);
+    const spatial2_cart_real lever = 0.6666666666666666 * cosine[1];
+    const spatial2_cart_real middle_tension = (right_side[0] + 0.5 * (lever * right_side[1]))
+        / (1.0 + 0.4 * (q[2] * q[2] + q[3] * q[3]) - 0.5 * (cosine[1] * lever));
     tension[0] = middle_tension;
-    const spatial2_cart_real outer_tension_next = (load[1] + coupling[1] * middle_tension) * gain[1];
+    const spatial2_cart_real outer_tension_next = 0.6666666666666666 * right_side[1] + lever * middle_tension;
     tension[1] = outer_tension_next;
     tension[2] = 0.0;
     const spatial2_cart_real pull_on_cart = 0.4 * tension[0];
@@ -147,6 +123,12 @@ void spatial2_cart_direction_dynamics(const spatial2_cart_real q[8], const spati
     const spatial2_cart_real cart_acceleration_2 = free_cart_acceleration_2 + q[3] * pull_on_cart;
     q_ddot[0] = cart_acceleration;
     q_ddot[1] = cart_acceleration_2;
+    const spatial2_cart_real cross_x = q[6] * q[4] - q[7] * q[3];
+    const spatial2_cart_real cross_y = q[7] * q[2] - q[5] * q[4];
+    const spatial2_cart_real cross_z = q[5] * q[3] - q[6] * q[2];
+    cross[3] = cross_x;
+    cross[4] = cross_y;
+    cross[5] = cross_z;
     const spatial2_cart_real t3 = 1.6666666666666667 * tension[1];
     const spatial2_cart_real turning_x = 32.7 * q[3] - q[4] * (-3.3333333333333335 * cart_acceleration_2)
         - cross[3] * t3;
@@ -462,292 +444,332 @@ void spatial2_cart_linearization(const spatial2_cart_real s[2],
 
 /* Exact partial derivatives of forward_dynamics.
  *
- * Quantities are named as in forward_dynamics.
+ * Quantities (docs/theory.md, section 5):
+ *   base_inverse_pivot  1 / scaled pivot of a link's row, eliminated from the base or from the tip
+ *   outer               the chain beyond a joint, inertia and force split along and across its first link
+ *   tip_lever           (r/l) (1 - r/l) of a link
+ * Quantities (docs/theory.md, section 5, Jacobians by tensions):
+ *   slack, tip_slack_next              scaled pivot of a link's row less 1, eliminated from the base or from
+ *                                      the tip
+ *   compliance, tip_compliance         scaled tension of a link per load on its own row
+ *   inner                              what a tension makes of a change of the next one's, and of that of the
+ *                                      one before
+ *   answer_past, answer_short          tensions beyond and before a joint per change of the cosine of its
+ *                                      links
+ *   beside                      m      direction of the link before, from cell k on; what the chain falls
+ *                                      with before the first
+ *   inwards, onwards            1/m    how a link turns with the tension beyond it, and with the one before
+ *   by_direction_here, by_direction_next, by_direction_back
+ *                               m/s^2  tensions of a link and both its neighbours by its direction
+ *   pulled, leaning             1/s^2  pull of both neighbours on a link's tips over its length; with a cart
+ *                                      that stays
+ * Others are named as in forward_dynamics.
  */
 void spatial2_cart_state_jacobian(const spatial2_cart_real q[8], const spatial2_cart_real v[8],
     const spatial2_cart_real u[2], spatial2_cart_real dadq[SPATIAL2_CART_RESTRICT 64],
     spatial2_cart_real dadv[SPATIAL2_CART_RESTRICT 64], spatial2_cart_real dadu[SPATIAL2_CART_RESTRICT 16])
 {
+    spatial2_cart_real cosine[2];
+    spatial2_cart_real cross[9];
+    spatial2_cart_real right_side[2];
+    spatial2_cart_real inner[3];
+    spatial2_cart_real outer[3];
+    spatial2_cart_real answer_past[3];
+    spatial2_cart_real answer_short[3];
+    spatial2_cart_real tension[3];
+    spatial2_cart_real compliance[2];
+    spatial2_cart_real slack[2];
+    spatial2_cart_real carried_load[2];
+    spatial2_cart_real by_direction_here[6];
+    spatial2_cart_real by_direction_next[6];
+    spatial2_cart_real by_direction_back[6];
+    spatial2_cart_real onwards[6];
+    spatial2_cart_real inwards[6];
+    spatial2_cart_real beside[12];
+    spatial2_cart_real pulled[6];
+    spatial2_cart_real leaning[4];
+
     const spatial2_cart_real cosine_1 = q[2] * q[5] + q[3] * q[6] + q[4] * q[7];
-    const spatial2_cart_real cross_x_1 = q[6] * q[4] - q[7] * q[3];
-    const spatial2_cart_real cross_y_1 = q[7] * q[2] - q[5] * q[4];
-    const spatial2_cart_real cross_z_1 = q[5] * q[3] - q[6] * q[2];
+    cosine[1] = cosine_1;
+    cross[6] = 0.0;
+    cross[7] = 0.0;
+    cross[8] = 0.0;
     const spatial2_cart_real free_cart_acceleration = 2.0 * u[0];
     const spatial2_cart_real free_cart_acceleration_2 = 2.0 * u[1];
-    const spatial2_cart_real t1 = 0.3 * (v[2] * v[2] + v[3] * v[3] + v[4] * v[4]) + 9.81 * q[4]
-        - (q[2] * free_cart_acceleration + q[3] * free_cart_acceleration_2);
-    const spatial2_cart_real t2 = 0.2 * (v[5] * v[5] + v[6] * v[6] + v[7] * v[7]);
-    const spatial2_cart_real t3 = 0.2 * (v[5] + v[5]);
-    const spatial2_cart_real t4 = 0.2 * (v[6] + v[6]);
-    const spatial2_cart_real t5 = 0.2 * (v[7] + v[7]);
-    const spatial2_cart_real t6 = cross_x_1 * q[7];
-    const spatial2_cart_real t7 = cross_x_1 * q[6];
-    const spatial2_cart_real t8 = cross_x_1 * q[4];
-    const spatial2_cart_real t9 = cross_x_1 * q[3];
-    const spatial2_cart_real t10 = cross_y_1 * q[7];
-    const spatial2_cart_real t11 = cross_y_1 * q[5];
-    const spatial2_cart_real t12 = cross_y_1 * q[4];
-    const spatial2_cart_real t13 = cross_y_1 * q[2];
-    const spatial2_cart_real t14 = cross_z_1 * q[6];
-    const spatial2_cart_real t15 = cross_z_1 * q[5];
-    const spatial2_cart_real t16 = cross_z_1 * q[3];
-    const spatial2_cart_real t17 = cross_z_1 * q[2];
-    const spatial2_cart_real t18 = 1.2000000000000002 * (q[2] * q[2] + q[3] * q[3]) + 2.0
-        + (cross_x_1 * cross_x_1 + cross_y_1 * cross_y_1 + cross_z_1 * cross_z_1);
-    const spatial2_cart_real middle_tension = (3.0 * t1 + cosine_1 * t2) / t18;
-    const spatial2_cart_real t19 = 1.0 / t18;
-    const spatial2_cart_real t20 = t19 * middle_tension;
-    const spatial2_cart_real t21 = t19 * (-6.0 * u[0] + t2 * q[5])
-        - t20 * (1.2000000000000002 * (q[2] + q[2]) + (t10 + t10 - (t14 + t14)));
-    const spatial2_cart_real t22 = t19 * (-6.0 * u[1] + t2 * q[6])
-        - t20 * (1.2000000000000002 * (q[3] + q[3]) + (t15 + t15 - (t6 + t6)));
-    const spatial2_cart_real t23 = t19 * (29.43 + t2 * q[7]) - t20 * (t7 + t7 - (t11 + t11));
-    const spatial2_cart_real t24 = t19 * (t2 * q[2]) - t20 * (t16 + t16 - (t12 + t12));
-    const spatial2_cart_real t25 = t19 * (t2 * q[3]) - t20 * (t8 + t8 - (t17 + t17));
-    const spatial2_cart_real t26 = t19 * (t2 * q[4]) - t20 * (t13 + t13 - (t9 + t9));
-    const spatial2_cart_real t27 = t19 * (0.8999999999999999 * (v[2] + v[2]));
-    const spatial2_cart_real t28 = t19 * (0.8999999999999999 * (v[3] + v[3]));
-    const spatial2_cart_real t29 = t19 * (0.8999999999999999 * (v[4] + v[4]));
-    const spatial2_cart_real t30 = t19 * (cosine_1 * t3);
-    const spatial2_cart_real t31 = t19 * (cosine_1 * t4);
-    const spatial2_cart_real t32 = t19 * (cosine_1 * t5);
-    const spatial2_cart_real t33 = t19 * (-6.0 * q[2]);
-    const spatial2_cart_real t34 = t19 * (-6.0 * q[3]);
-    const spatial2_cart_real pull_on_cart = 0.4 * middle_tension;
-    const spatial2_cart_real t35 = 0.4 * t21;
-    const spatial2_cart_real t36 = 0.4 * t22;
-    const spatial2_cart_real t37 = 0.4 * t23;
-    const spatial2_cart_real t38 = 0.4 * t24;
-    const spatial2_cart_real t39 = 0.4 * t25;
-    const spatial2_cart_real t40 = 0.4 * t26;
-    const spatial2_cart_real t41 = 0.4 * t27;
-    const spatial2_cart_real t42 = 0.4 * t28;
-    const spatial2_cart_real t43 = 0.4 * t29;
-    const spatial2_cart_real t44 = 0.4 * t30;
-    const spatial2_cart_real t45 = 0.4 * t31;
-    const spatial2_cart_real t46 = 0.4 * t32;
-    const spatial2_cart_real t47 = 0.4 * t33;
-    const spatial2_cart_real t48 = 0.4 * t34;
-    const spatial2_cart_real t49 = pull_on_cart + q[2] * t35;
-    const spatial2_cart_real t50 = q[2] * t36;
-    const spatial2_cart_real t51 = q[2] * t37;
-    const spatial2_cart_real t52 = q[2] * t38;
-    const spatial2_cart_real t53 = q[2] * t39;
-    const spatial2_cart_real t54 = q[2] * t40;
-    const spatial2_cart_real t55 = q[2] * t41;
-    const spatial2_cart_real t56 = q[2] * t42;
-    const spatial2_cart_real t57 = q[2] * t43;
-    const spatial2_cart_real t58 = q[2] * t44;
-    const spatial2_cart_real t59 = q[2] * t45;
-    const spatial2_cart_real t60 = q[2] * t46;
-    const spatial2_cart_real t61 = q[2] * t48;
+    right_side[0] = 9.81 * q[4] - q[2] * free_cart_acceleration - q[3] * free_cart_acceleration_2
+        + 0.3 * (v[2] * v[2] + v[3] * v[3] + v[4] * v[4]);
+    right_side[1] = 0.2 * (v[5] * v[5] + v[6] * v[6] + v[7] * v[7]);
+    const spatial2_cart_real t1 = 0.4 * (q[2] * q[2] + q[3] * q[3]);
+    const spatial2_cart_real base_inverse_pivot_0 = 1.0 / (1.0 + t1);
+    const spatial2_cart_real lever_0 = cosine[1] * base_inverse_pivot_0;
+    slack[0] = t1;
+    carried_load[0] = right_side[0] * base_inverse_pivot_0;
+    inner[1] = 0.5 * lever_0;
+    const spatial2_cart_real t2 = 0.5 * (1.0 - cosine[1] * lever_0);
+    const spatial2_cart_real tip_compliance = 1.0 / (1.0 + t2);
+    slack[1] = t2;
+    compliance[1] = tip_compliance;
+    tension[1] = (right_side[1] + lever_0 * right_side[0]) * tip_compliance;
+    tension[2] = 0.0;
+    const spatial2_cart_real tip_lever_1 = 0.3333333333333333 * cosine[1];
+    outer[1] = 0.6666666666666666 * cosine[1];
+    const spatial2_cart_real tip_slack_next_1 = 1.0 - cosine[1] * tip_lever_1;
+    compliance[0] = 1.0 / (slack[0] + tip_slack_next_1);
+    tension[0] = carried_load[0] + inner[1] * tension[1];
+    outer[2] = 0.0;
+    answer_past[2] = 0.0;
+    answer_short[2] = 0.0;
+    inner[0] = 1.0;
+    answer_past[0] = compliance[0];
+    answer_short[0] = compliance[0];
+    const spatial2_cart_real t3 = compliance[1] * tension[0];
+    const spatial2_cart_real t4 = 0.5 * tension[1];
+    const spatial2_cart_real t5 = compliance[0] * t4;
+    answer_past[1] = t3 + outer[1] * t5;
+    answer_short[1] = t5 + inner[1] * t3;
+    const spatial2_cart_real pull_on_cart = 0.4 * tension[0];
     const spatial2_cart_real cart_acceleration = free_cart_acceleration + q[2] * pull_on_cart;
-    const spatial2_cart_real t62 = 2.0 + q[2] * t47;
-    const spatial2_cart_real t63 = q[3] * t35;
-    const spatial2_cart_real t64 = pull_on_cart + q[3] * t36;
-    const spatial2_cart_real t65 = q[3] * t37;
-    const spatial2_cart_real t66 = q[3] * t38;
-    const spatial2_cart_real t67 = q[3] * t39;
-    const spatial2_cart_real t68 = q[3] * t40;
-    const spatial2_cart_real t69 = q[3] * t41;
-    const spatial2_cart_real t70 = q[3] * t42;
-    const spatial2_cart_real t71 = q[3] * t43;
-    const spatial2_cart_real t72 = q[3] * t44;
-    const spatial2_cart_real t73 = q[3] * t45;
-    const spatial2_cart_real t74 = q[3] * t46;
-    const spatial2_cart_real t75 = q[3] * t47;
     const spatial2_cart_real cart_acceleration_2 = free_cart_acceleration_2 + q[3] * pull_on_cart;
-    const spatial2_cart_real t76 = 2.0 + q[3] * t48;
-    const spatial2_cart_real t77 = 1.1111111111111112 * (t2 + cosine_1 * middle_tension);
-    const spatial2_cart_real t78 = 1.1111111111111112 * (middle_tension * q[5] + cosine_1 * t21);
-    const spatial2_cart_real t79 = 1.1111111111111112 * (middle_tension * q[6] + cosine_1 * t22);
-    const spatial2_cart_real t80 = 1.1111111111111112 * (middle_tension * q[7] + cosine_1 * t23);
-    const spatial2_cart_real t81 = 1.1111111111111112 * (middle_tension * q[2] + cosine_1 * t24);
-    const spatial2_cart_real t82 = 1.1111111111111112 * (middle_tension * q[3] + cosine_1 * t25);
-    const spatial2_cart_real t83 = 1.1111111111111112 * (middle_tension * q[4] + cosine_1 * t26);
-    const spatial2_cart_real t84 = 1.1111111111111112 * (cosine_1 * t27);
-    const spatial2_cart_real t85 = 1.1111111111111112 * (cosine_1 * t28);
-    const spatial2_cart_real t86 = 1.1111111111111112 * (cosine_1 * t29);
-    const spatial2_cart_real t87 = 1.1111111111111112 * (t3 + cosine_1 * t30);
-    const spatial2_cart_real t88 = 1.1111111111111112 * (t4 + cosine_1 * t31);
-    const spatial2_cart_real t89 = 1.1111111111111112 * (t5 + cosine_1 * t32);
-    const spatial2_cart_real t90 = 1.1111111111111112 * (cosine_1 * t33);
-    const spatial2_cart_real t91 = 1.1111111111111112 * (cosine_1 * t34);
-    const spatial2_cart_real t92 = t77 * q[7];
-    const spatial2_cart_real t93 = t77 * q[6];
-    const spatial2_cart_real t94 = t77 * q[4];
-    const spatial2_cart_real t95 = t77 * q[3];
-    const spatial2_cart_real t96 = t77 * q[5];
-    const spatial2_cart_real t97 = t77 * q[2];
-    const spatial2_cart_real t98 = -3.3333333333333335 * cart_acceleration_2
-        + q[4] * (-3.3333333333333335 * t65) + (t93 + cross_x_1 * t80);
-    const spatial2_cart_real inner_pull_1 = 5.0 * middle_tension;
-    const spatial2_cart_real t99 = 5.0 * t21;
-    const spatial2_cart_real t100 = 5.0 * t22;
-    const spatial2_cart_real t101 = 5.0 * t23;
-    const spatial2_cart_real t102 = 5.0 * t24;
-    const spatial2_cart_real t103 = 5.0 * t25;
-    const spatial2_cart_real t104 = 5.0 * t26;
-    const spatial2_cart_real t105 = 5.0 * t27;
-    const spatial2_cart_real t106 = 5.0 * t28;
-    const spatial2_cart_real t107 = 5.0 * t29;
-    const spatial2_cart_real t108 = 5.0 * t30;
-    const spatial2_cart_real t109 = 5.0 * t31;
-    const spatial2_cart_real t110 = 5.0 * t32;
-    const spatial2_cart_real t111 = 5.0 * t33;
-    const spatial2_cart_real t112 = 5.0 * t34;
-    const spatial2_cart_real t113 = inner_pull_1 * q[7];
-    const spatial2_cart_real t114 = inner_pull_1 * q[6];
-    const spatial2_cart_real t115 = inner_pull_1 * q[4];
-    const spatial2_cart_real t116 = inner_pull_1 * q[3];
-    const spatial2_cart_real t117 = inner_pull_1 * q[5];
-    const spatial2_cart_real t118 = inner_pull_1 * q[2];
+    const spatial2_cart_real cross_x = q[6] * q[4] - q[7] * q[3];
+    const spatial2_cart_real cross_y = q[7] * q[2] - q[5] * q[4];
+    const spatial2_cart_real cross_z = q[5] * q[3] - q[6] * q[2];
+    cross[3] = cross_x;
+    cross[4] = cross_y;
+    cross[5] = cross_z;
+    const spatial2_cart_real t6 = pull_on_cart + pull_on_cart;
+    beside[0] = -2.0 * u[0] - t6 * q[2];
+    beside[1] = -2.0 * u[1] - t6 * q[3];
+    beside[2] = 9.81;
+    cross[0] = 0.4 * (q[4] * q[3]);
+    cross[1] = -0.4 * (q[4] * q[2]);
+    cross[2] = 0.0;
 
-    dadq[0] = 0.0;
-    dadq[1] = 0.0;
-    dadq[2] = t49;
-    dadq[3] = t50;
-    dadq[4] = t51;
-    dadq[5] = t52;
-    dadq[6] = t53;
-    dadq[7] = t54;
-    dadq[8] = 0.0;
-    dadq[9] = 0.0;
-    dadq[10] = t63;
-    dadq[11] = t64;
-    dadq[12] = t65;
-    dadq[13] = t66;
-    dadq[14] = t67;
-    dadq[15] = t68;
-    dadq[16] = 0.0;
-    dadq[17] = 0.0;
-    dadq[18] = -(q[4] * (-3.3333333333333335 * t63) + cross_x_1 * t78);
-    dadq[19] = 32.7 - q[4] * (-3.3333333333333335 * t64) + (t92 - cross_x_1 * t79);
-    dadq[20] = -t98;
-    dadq[21] = -(q[4] * (-3.3333333333333335 * t66) + cross_x_1 * t81);
-    dadq[22] = -(q[4] * (-3.3333333333333335 * t67) + (t94 + cross_x_1 * t82));
-    dadq[23] = t95 - cross_x_1 * t83 - q[4] * (-3.3333333333333335 * t68);
-    dadq[24] = 0.0;
-    dadq[25] = 0.0;
-    dadq[26] = q[4] * (-3.3333333333333335 * t49) - 32.7 - (t92 + cross_y_1 * t78);
-    dadq[27] = q[4] * (-3.3333333333333335 * t50) - cross_y_1 * t79;
-    dadq[28] = -3.3333333333333335 * cart_acceleration + q[4] * (-3.3333333333333335 * t51)
-        + (t96 - cross_y_1 * t80);
-    dadq[29] = q[4] * (-3.3333333333333335 * t52) + (t94 - cross_y_1 * t81);
-    dadq[30] = q[4] * (-3.3333333333333335 * t53) - cross_y_1 * t82;
-    dadq[31] = q[4] * (-3.3333333333333335 * t54) - (t97 + cross_y_1 * t83);
-    dadq[32] = 0.0;
-    dadq[33] = 0.0;
-    dadq[34] = -6.666666666666667 * u[1] + (t93 - cross_z_1 * t78);
-    dadq[35] = 6.666666666666667 * u[0] - (t96 + cross_z_1 * t79);
-    dadq[36] = -cross_z_1 * t80;
-    dadq[37] = -(t95 + cross_z_1 * t81);
-    dadq[38] = t97 - cross_z_1 * t82;
-    dadq[39] = -cross_z_1 * t83;
-    dadq[40] = 0.0;
-    dadq[41] = 0.0;
-    dadq[42] = cross_x_1 * t99;
-    dadq[43] = cross_x_1 * t100 - t113;
-    dadq[44] = t114 + cross_x_1 * t101;
-    dadq[45] = cross_x_1 * t102;
-    dadq[46] = t115 + cross_x_1 * t103;
-    dadq[47] = cross_x_1 * t104 - t116;
-    dadq[48] = 0.0;
-    dadq[49] = 0.0;
-    dadq[50] = t113 + cross_y_1 * t99;
-    dadq[51] = cross_y_1 * t100;
-    dadq[52] = cross_y_1 * t101 - t117;
-    dadq[53] = cross_y_1 * t102 - t115;
-    dadq[54] = cross_y_1 * t103;
-    dadq[55] = t118 + cross_y_1 * t104;
-    dadq[56] = 0.0;
-    dadq[57] = 0.0;
-    dadq[58] = cross_z_1 * t99 - t114;
-    dadq[59] = t117 + cross_z_1 * t100;
-    dadq[60] = cross_z_1 * t101;
-    dadq[61] = t116 + cross_z_1 * t102;
-    dadq[62] = cross_z_1 * t103 - t118;
-    dadq[63] = cross_z_1 * t104;
-    dadv[0] = 0.0;
-    dadv[1] = 0.0;
-    dadv[2] = t55;
-    dadv[3] = t56;
-    dadv[4] = t57;
-    dadv[5] = t58;
-    dadv[6] = t59;
-    dadv[7] = t60;
-    dadv[8] = 0.0;
-    dadv[9] = 0.0;
-    dadv[10] = t69;
-    dadv[11] = t70;
-    dadv[12] = t71;
-    dadv[13] = t72;
-    dadv[14] = t73;
-    dadv[15] = t74;
-    dadv[16] = 0.0;
-    dadv[17] = 0.0;
-    dadv[18] = -(q[4] * (-3.3333333333333335 * t69) + cross_x_1 * t84);
-    dadv[19] = -(q[4] * (-3.3333333333333335 * t70) + cross_x_1 * t85);
-    dadv[20] = -(q[4] * (-3.3333333333333335 * t71) + cross_x_1 * t86);
-    dadv[21] = -(q[4] * (-3.3333333333333335 * t72) + cross_x_1 * t87);
-    dadv[22] = -(q[4] * (-3.3333333333333335 * t73) + cross_x_1 * t88);
-    dadv[23] = -(q[4] * (-3.3333333333333335 * t74) + cross_x_1 * t89);
-    dadv[24] = 0.0;
-    dadv[25] = 0.0;
-    dadv[26] = q[4] * (-3.3333333333333335 * t55) - cross_y_1 * t84;
-    dadv[27] = q[4] * (-3.3333333333333335 * t56) - cross_y_1 * t85;
-    dadv[28] = q[4] * (-3.3333333333333335 * t57) - cross_y_1 * t86;
-    dadv[29] = q[4] * (-3.3333333333333335 * t58) - cross_y_1 * t87;
-    dadv[30] = q[4] * (-3.3333333333333335 * t59) - cross_y_1 * t88;
-    dadv[31] = q[4] * (-3.3333333333333335 * t60) - cross_y_1 * t89;
-    dadv[32] = 0.0;
-    dadv[33] = 0.0;
-    dadv[34] = -cross_z_1 * t84;
-    dadv[35] = -cross_z_1 * t85;
-    dadv[36] = -cross_z_1 * t86;
-    dadv[37] = -cross_z_1 * t87;
-    dadv[38] = -cross_z_1 * t88;
-    dadv[39] = -cross_z_1 * t89;
-    dadv[40] = 0.0;
-    dadv[41] = 0.0;
-    dadv[42] = cross_x_1 * t105;
-    dadv[43] = cross_x_1 * t106;
-    dadv[44] = cross_x_1 * t107;
-    dadv[45] = cross_x_1 * t108;
-    dadv[46] = cross_x_1 * t109;
-    dadv[47] = cross_x_1 * t110;
-    dadv[48] = 0.0;
-    dadv[49] = 0.0;
-    dadv[50] = cross_y_1 * t105;
-    dadv[51] = cross_y_1 * t106;
-    dadv[52] = cross_y_1 * t107;
-    dadv[53] = cross_y_1 * t108;
-    dadv[54] = cross_y_1 * t109;
-    dadv[55] = cross_y_1 * t110;
-    dadv[56] = 0.0;
-    dadv[57] = 0.0;
-    dadv[58] = cross_z_1 * t105;
-    dadv[59] = cross_z_1 * t106;
-    dadv[60] = cross_z_1 * t107;
-    dadv[61] = cross_z_1 * t108;
-    dadv[62] = cross_z_1 * t109;
-    dadv[63] = cross_z_1 * t110;
-    dadu[0] = t62;
-    dadu[1] = t61;
-    dadu[2] = t75;
-    dadu[3] = t76;
-    dadu[4] = -(q[4] * (-3.3333333333333335 * t75) + cross_x_1 * t90);
-    dadu[5] = -(q[4] * (-3.3333333333333335 * t76) + cross_x_1 * t91);
-    dadu[6] = q[4] * (-3.3333333333333335 * t62) - cross_y_1 * t90;
-    dadu[7] = q[4] * (-3.3333333333333335 * t61) - cross_y_1 * t91;
-    dadu[8] = 6.666666666666667 * q[3] - cross_z_1 * t90;
-    dadu[9] = -6.666666666666667 * q[2] - cross_z_1 * t91;
-    dadu[10] = cross_x_1 * t111;
-    dadu[11] = cross_x_1 * t112;
-    dadu[12] = cross_y_1 * t111;
-    dadu[13] = cross_y_1 * t112;
-    dadu[14] = cross_z_1 * t111;
-    dadu[15] = cross_z_1 * t112;
+    for (int k = 0; k < 2; ++k) {
+        beside[3 * k + 3] = q[3 * k + 2];
+        beside[3 * k + 4] = q[3 * k + 3];
+        beside[3 * k + 5] = q[3 * k + 4];
+    }
+
+    beside[9] = 0.0;
+    beside[10] = 0.0;
+    beside[11] = 0.0;
+    const spatial2_cart_real passes_inwards_0 = 3.3333333333333335 * (inner[0] * inner[1]);
+    inwards[0] = cross[0] * passes_inwards_0 - 1.6666666666666667 * cross[3];
+    inwards[1] = cross[1] * passes_inwards_0 - 1.6666666666666667 * cross[4];
+    inwards[2] = cross[2] * passes_inwards_0 - 1.6666666666666667 * cross[5];
+    const spatial2_cart_real passes_outwards_1 = 5.0 * (outer[1] * outer[2]);
+    const spatial2_cart_real t7 = 5.0 * cross[3];
+    const spatial2_cart_real t8 = 5.0 * cross[4];
+    const spatial2_cart_real t9 = 5.0 * cross[5];
+    onwards[3] = t7 - 0.5 * cross[6] * passes_outwards_1;
+    onwards[4] = t8 - 0.5 * cross[7] * passes_outwards_1;
+    onwards[5] = t9 - 0.5 * cross[8] * passes_outwards_1;
+    const spatial2_cart_real t10 = 0.5 * outer[1];
+    onwards[0] = 3.3333333333333335 * (cross[0] - cross[3] * t10);
+    onwards[1] = 3.3333333333333335 * (cross[1] - cross[4] * t10);
+    onwards[2] = 3.3333333333333335 * (cross[2] - cross[5] * t10);
+    const spatial2_cart_real t11 = 3.3333333333333335 * (q[5] * t4 - cart_acceleration);
+    const spatial2_cart_real t12 = 3.3333333333333335 * (q[6] * t4 - cart_acceleration_2);
+    leaning[0] = t11;
+    leaning[1] = t12;
+    const spatial2_cart_real t13 = 1.3333333333333335 * tension[0];
+    pulled[0] = t11 + q[2] * t13;
+    pulled[1] = t12 + q[3] * t13;
+    pulled[2] = 3.3333333333333335 * (9.81 + q[7] * t4) + q[4] * t13;
+    const spatial2_cart_real t14 = 5.0 * (q[2] * tension[0]);
+    const spatial2_cart_real t15 = 5.0 * (q[3] * tension[0]);
+    pulled[3] = t14;
+    pulled[4] = t15;
+    pulled[5] = 5.0 * (q[4] * tension[0]);
+    leaning[2] = t14;
+    leaning[3] = t15;
+
+    for (int k = 0; k < 2; ++k) {
+        const spatial2_cart_real from_before_x = beside[3 * k] * answer_past[k];
+        const spatial2_cart_real from_before_y = beside[3 * k + 1] * answer_past[k];
+        const spatial2_cart_real from_before_z = beside[3 * k + 2] * answer_past[k];
+        const spatial2_cart_real from_after_x = beside[3 * k + 6] * answer_short[k + 1];
+        const spatial2_cart_real from_after_y = beside[3 * k + 7] * answer_short[k + 1];
+        const spatial2_cart_real from_after_z = beside[3 * k + 8] * answer_short[k + 1];
+        const spatial2_cart_real t16 = from_before_x * outer[k + 1] + beside[3 * k + 6] * answer_past[k + 1];
+        const spatial2_cart_real t17 = from_before_y * outer[k + 1] + beside[3 * k + 7] * answer_past[k + 1];
+        const spatial2_cart_real t18 = from_before_z * outer[k + 1] + beside[3 * k + 8] * answer_past[k + 1];
+        const spatial2_cart_real t19 = from_after_x * inner[k] + beside[3 * k] * answer_short[k];
+        const spatial2_cart_real t20 = from_after_y * inner[k] + beside[3 * k + 1] * answer_short[k];
+        const spatial2_cart_real t21 = from_after_z * inner[k] + beside[3 * k + 2] * answer_short[k];
+        by_direction_here[3 * k] = from_before_x + from_after_x;
+        by_direction_here[3 * k + 1] = from_before_y + from_after_y;
+        by_direction_here[3 * k + 2] = from_before_z + from_after_z;
+        by_direction_next[3 * k] = t16;
+        by_direction_next[3 * k + 1] = t17;
+        by_direction_next[3 * k + 2] = t18;
+        by_direction_back[3 * k] = t19;
+        by_direction_back[3 * k + 1] = t20;
+        by_direction_back[3 * k + 2] = t21;
+        const spatial2_cart_real t22 = cross[3 * k] * spatial2_cart_inverse_length_table[k];
+        const spatial2_cart_real t23 = cross[3 * k + 1] * spatial2_cart_inverse_length_table[k];
+        const spatial2_cart_real t24 = cross[3 * k + 2] * spatial2_cart_inverse_length_table[k];
+        const spatial2_cart_real t25 = -0.5 * spatial2_cart_inverse_length_table[k];
+        const spatial2_cart_real t26 = cross[3 * k + 3] * t25;
+        const spatial2_cart_real t27 = cross[3 * k + 4] * t25;
+        const spatial2_cart_real t28 = cross[3 * k + 5] * t25;
+        dadq[27 * k + 18] = t22 * t19 + t26 * t16;
+        dadq[27 * k + 19] = t22 * t20 + t26 * t17 + pulled[3 * k + 2];
+        dadq[27 * k + 20] = t22 * t21 + t26 * t18 - leaning[2 * k + 1];
+        dadq[27 * k + 26] = t23 * t19 + t27 * t16 - pulled[3 * k + 2];
+        dadq[27 * k + 27] = t23 * t20 + t27 * t17;
+        dadq[27 * k + 28] = t23 * t21 + t27 * t18 + leaning[2 * k];
+        dadq[27 * k + 34] = t24 * t19 + t28 * t16 + pulled[3 * k + 1];
+        dadq[27 * k + 35] = t24 * t20 + t28 * t17 - pulled[3 * k];
+        dadq[27 * k + 36] = t24 * t21 + t28 * t18;
+        const spatial2_cart_real twice_length = 2.0 * (spatial2_cart_length_table[k] * compliance[k]);
+        const spatial2_cart_real t29 = v[3 * k + 2] * twice_length;
+        const spatial2_cart_real t30 = v[3 * k + 3] * twice_length;
+        const spatial2_cart_real t31 = v[3 * k + 4] * twice_length;
+        const spatial2_cart_real t32 = t22 * inner[k] + t26 * outer[k + 1];
+        const spatial2_cart_real t33 = t23 * inner[k] + t27 * outer[k + 1];
+        const spatial2_cart_real t34 = t24 * inner[k] + t28 * outer[k + 1];
+        dadv[27 * k + 18] = t32 * t29;
+        dadv[27 * k + 19] = t32 * t30;
+        dadv[27 * k + 20] = t32 * t31;
+        dadv[27 * k + 26] = t33 * t29;
+        dadv[27 * k + 27] = t33 * t30;
+        dadv[27 * k + 28] = t33 * t31;
+        dadv[27 * k + 34] = t34 * t29;
+        dadv[27 * k + 35] = t34 * t30;
+        dadv[27 * k + 36] = t34 * t31;
+    }
+
+    const spatial2_cart_real t35 = -2.5 * cross[6] * outer[2];
+    const spatial2_cart_real t36 = -2.5 * cross[7] * outer[2];
+    const spatial2_cart_real t37 = -2.5 * cross[8] * outer[2];
+    const spatial2_cart_real t38 = 5.0 * tension[0];
+    const spatial2_cart_real t39 = q[5] * t38;
+    const spatial2_cart_real t40 = q[6] * t38;
+    const spatial2_cart_real t41 = q[7] * t38;
+    dadq[42] = t7 * by_direction_here[0] + t35 * by_direction_next[0];
+    dadq[43] = t7 * by_direction_here[1] + t35 * by_direction_next[1] - t41;
+    dadq[44] = t7 * by_direction_here[2] + t35 * by_direction_next[2] + t40;
+    dadq[50] = t8 * by_direction_here[0] + t36 * by_direction_next[0] + t41;
+    dadq[51] = t8 * by_direction_here[1] + t36 * by_direction_next[1];
+    dadq[52] = t8 * by_direction_here[2] + t36 * by_direction_next[2] - t39;
+    dadq[58] = t9 * by_direction_here[0] + t37 * by_direction_next[0] - t40;
+    dadq[59] = t9 * by_direction_here[1] + t37 * by_direction_next[1] + t39;
+    dadq[60] = t9 * by_direction_here[2] + t37 * by_direction_next[2];
+    const spatial2_cart_real t42 = -1.6666666666666667 * cross[3];
+    const spatial2_cart_real t43 = -1.6666666666666667 * cross[4];
+    const spatial2_cart_real t44 = -1.6666666666666667 * cross[5];
+    const spatial2_cart_real t45 = 3.3333333333333335 * cross[0] * inner[0];
+    const spatial2_cart_real t46 = 3.3333333333333335 * cross[1] * inner[0];
+    const spatial2_cart_real t47 = 3.3333333333333335 * cross[2] * inner[0];
+    const spatial2_cart_real t48 = 1.6666666666666667 * tension[1];
+    const spatial2_cart_real t49 = q[2] * t48;
+    const spatial2_cart_real t50 = q[3] * t48;
+    const spatial2_cart_real t51 = q[4] * t48;
+    dadq[21] = t42 * by_direction_here[3] + t45 * by_direction_back[3];
+    dadq[22] = t42 * by_direction_here[4] + t45 * by_direction_back[4] - t51;
+    dadq[23] = t42 * by_direction_here[5] + t45 * by_direction_back[5] + t50;
+    dadq[29] = t43 * by_direction_here[3] + t46 * by_direction_back[3] + t51;
+    dadq[30] = t43 * by_direction_here[4] + t46 * by_direction_back[4];
+    dadq[31] = t43 * by_direction_here[5] + t46 * by_direction_back[5] - t49;
+    dadq[37] = t44 * by_direction_here[3] + t47 * by_direction_back[3] - t50;
+    dadq[38] = t44 * by_direction_here[4] + t47 * by_direction_back[4] + t49;
+    dadq[39] = t44 * by_direction_here[5] + t47 * by_direction_back[5];
+    const spatial2_cart_real t52 = 0.6 * compliance[0];
+    const spatial2_cart_real t53 = v[2] * t52;
+    const spatial2_cart_real t54 = v[3] * t52;
+    const spatial2_cart_real t55 = v[4] * t52;
+    dadv[42] = onwards[3] * t53;
+    dadv[43] = onwards[3] * t54;
+    dadv[44] = onwards[3] * t55;
+    dadv[50] = onwards[4] * t53;
+    dadv[51] = onwards[4] * t54;
+    dadv[52] = onwards[4] * t55;
+    dadv[58] = onwards[5] * t53;
+    dadv[59] = onwards[5] * t54;
+    dadv[60] = onwards[5] * t55;
+    const spatial2_cart_real t56 = 0.4 * compliance[1];
+    const spatial2_cart_real t57 = v[5] * t56;
+    const spatial2_cart_real t58 = v[6] * t56;
+    const spatial2_cart_real t59 = v[7] * t56;
+    dadv[21] = inwards[0] * t57;
+    dadv[22] = inwards[0] * t58;
+    dadv[23] = inwards[0] * t59;
+    dadv[29] = inwards[1] * t57;
+    dadv[30] = inwards[1] * t58;
+    dadv[31] = inwards[1] * t59;
+    dadv[37] = inwards[2] * t57;
+    dadv[38] = inwards[2] * t58;
+    dadv[39] = inwards[2] * t59;
+    const spatial2_cart_real t60 = t57 * inner[1];
+    const spatial2_cart_real t61 = t58 * inner[1];
+    const spatial2_cart_real t62 = t59 * inner[1];
+    const spatial2_cart_real cart_lean_1 = 0.4 * q[2];
+    dadq[5] = cart_lean_1 * by_direction_back[3];
+    dadq[6] = cart_lean_1 * by_direction_back[4];
+    dadq[7] = cart_lean_1 * by_direction_back[5];
+    const spatial2_cart_real cart_lean_1_2 = 0.4 * q[3];
+    dadq[13] = cart_lean_1_2 * by_direction_back[3];
+    dadq[14] = cart_lean_1_2 * by_direction_back[4];
+    dadq[15] = cart_lean_1_2 * by_direction_back[5];
+    dadv[5] = cart_lean_1 * t60;
+    dadv[6] = cart_lean_1 * t61;
+    dadv[7] = cart_lean_1 * t62;
+    dadv[13] = cart_lean_1_2 * t60;
+    dadv[14] = cart_lean_1_2 * t61;
+    dadv[15] = cart_lean_1_2 * t62;
+    dadq[2] = cart_lean_1 * by_direction_here[0] + pull_on_cart;
+    dadq[3] = cart_lean_1 * by_direction_here[1];
+    dadq[4] = cart_lean_1 * by_direction_here[2];
+    dadq[10] = cart_lean_1_2 * by_direction_here[0];
+    dadq[11] = cart_lean_1_2 * by_direction_here[1] + pull_on_cart;
+    dadq[12] = cart_lean_1_2 * by_direction_here[2];
+    dadv[2] = cart_lean_1 * t53;
+    dadv[3] = cart_lean_1 * t54;
+    dadv[4] = cart_lean_1 * t55;
+    dadv[10] = cart_lean_1_2 * t53;
+    dadv[11] = cart_lean_1_2 * t54;
+    dadv[12] = cart_lean_1_2 * t55;
+
+    for (int i = 0; i < 8; ++i) {
+        dadq[8 * i] = 0.0;
+    }
+
+    for (int i = 0; i < 8; ++i) {
+        dadv[8 * i] = 0.0;
+    }
+
+    for (int i = 0; i < 8; ++i) {
+        dadq[8 * i + 1] = 0.0;
+    }
+
+    for (int i = 0; i < 8; ++i) {
+        dadv[8 * i + 1] = 0.0;
+    }
+
+    const spatial2_cart_real push_0 = -2.0 * q[2];
+    const spatial2_cart_real push_1 = -2.0 * q[3];
+    const spatial2_cart_real t63 = compliance[0] * push_0;
+    dadu[4] = onwards[0] * t63;
+    dadu[6] = onwards[1] * t63 - 6.666666666666667 * q[4];
+    dadu[8] = onwards[2] * t63 + 6.666666666666667 * q[3];
+    dadu[0] = 2.0 + 0.4 * (q[2] * t63);
+    dadu[2] = 0.4 * (q[3] * t63);
+    const spatial2_cart_real t64 = compliance[0] * push_1;
+    dadu[5] = onwards[0] * t64 + 6.666666666666667 * q[4];
+    dadu[7] = onwards[1] * t64;
+    dadu[9] = onwards[2] * t64 - 6.666666666666667 * q[2];
+    dadu[1] = 0.4 * (q[2] * t64);
+    dadu[3] = 2.0 + 0.4 * (q[3] * t64);
+    const spatial2_cart_real t65 = onwards[3] * compliance[0];
+    const spatial2_cart_real t66 = onwards[4] * compliance[0];
+    const spatial2_cart_real t67 = onwards[5] * compliance[0];
+    dadu[10] = t65 * push_0;
+    dadu[12] = t66 * push_0;
+    dadu[14] = t67 * push_0;
+    dadu[11] = t65 * push_1;
+    dadu[13] = t66 * push_1;
+    dadu[15] = t67 * push_1;
 }
 
 /* One Runge-Kutta step of order 4.

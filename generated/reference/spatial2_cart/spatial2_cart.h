@@ -61,8 +61,8 @@ typedef double spatial2_cart_real;
  *   v  in   rates
  *   u  in   inputs
  *   a  out  accelerations
- * 87 operations, straight-line code.
- * Cortex-M4F, -Os: flash 1692 bytes, stack 136 bytes at most.
+ * 85 operations, straight-line code.
+ * Cortex-M4F, -Os: flash 1608 bytes, stack 160 bytes at most.
  */
 void spatial2_cart_forward_dynamics(const spatial2_cart_real q[8], const spatial2_cart_real v[8],
     const spatial2_cart_real u[2], spatial2_cart_real a[8]);
@@ -73,8 +73,8 @@ void spatial2_cart_forward_dynamics(const spatial2_cart_real q[8], const spatial
  *                orthogonal to it, 1/s
  *   u       in   inputs
  *   q_ddot  out  the rates of q_dot, m/s^2 for the cart, 1/s^2 for the links
- * 117 operations, straight-line code.
- * Cortex-M4F, -Os: flash 2117 bytes, stack 160 bytes at most.
+ * 115 operations, straight-line code.
+ * Cortex-M4F, -Os: flash 2031 bytes, stack 184 bytes at most.
  */
 void spatial2_cart_direction_dynamics(const spatial2_cart_real q[8], const spatial2_cart_real q_dot[8],
     const spatial2_cart_real u[2], spatial2_cart_real q_ddot[8]);
@@ -144,8 +144,8 @@ void spatial2_cart_linearization(const spatial2_cart_real s[2], spatial2_cart_re
  *   dadq  out  8 x 8, partial derivatives of a by q
  *   dadv  out  8 x 8, partial derivatives of a by v
  *   dadu  out  8 x 2, partial derivatives of a by u
- * 492 operations, straight-line code.
- * Cortex-M4F, -Os: flash 10758 bytes, stack 1576 bytes at most.
+ * 502 operations in loops, 688 bytes of arrays on the stack.
+ * Cortex-M4F, -Os: flash 10299 bytes, stack 960 bytes at most.
  */
 void spatial2_cart_state_jacobian(const spatial2_cart_real q[8], const spatial2_cart_real v[8],
     const spatial2_cart_real u[2], spatial2_cart_real dadq[64], spatial2_cart_real dadv[64],
@@ -158,8 +158,8 @@ void spatial2_cart_state_jacobian(const spatial2_cart_real q[8], const spatial2_
  *   u       in   inputs
  *   q_next  out  configuration after the step
  *   v_next  out  rates after the step
- * 656 operations in loops, 1216 bytes of arrays on the stack.
- * Cortex-M4F, -Os: flash 3400 bytes, stack 1432 bytes at most.
+ * 648 operations in loops, 1152 bytes of arrays on the stack.
+ * Cortex-M4F, -Os: flash 3400 bytes, stack 1456 bytes at most.
  */
 void spatial2_cart_step(spatial2_cart_real h, const spatial2_cart_real q[8], const spatial2_cart_real v[8],
     const spatial2_cart_real u[2], spatial2_cart_real q_next[8], spatial2_cart_real v_next[8]);
@@ -258,15 +258,15 @@ int spatial2_cart_propagate(spatial2_cart_flow *flow, spatial2_cart_real t_end, 
     spatial2_cart_real *q_out, spatial2_cart_real *v_out);
 
 /* What selftest.c accepts, relative to the largest entry: measured on its states and given a margin. */
-#define SPATIAL2_CART_FORWARD_DYNAMICS_TOLERANCE   4.0e-15
-#define SPATIAL2_CART_DIRECTION_DYNAMICS_TOLERANCE 4.0e-15
+#define SPATIAL2_CART_FORWARD_DYNAMICS_TOLERANCE   7.0e-15
+#define SPATIAL2_CART_DIRECTION_DYNAMICS_TOLERANCE 7.0e-15
 #define SPATIAL2_CART_MASS_MATRIX_TOLERANCE        4.0e-15
 #define SPATIAL2_CART_CORIOLIS_TOLERANCE           4.0e-15
 #define SPATIAL2_CART_GRAVITY_TORQUE_TOLERANCE     4.0e-15
 #define SPATIAL2_CART_ENERGY_TOLERANCE             4.0e-15
 #define SPATIAL2_CART_POSITIONS_TOLERANCE          4.0e-15
 #define SPATIAL2_CART_LINEARIZATION_TOLERANCE      4.0e-15
-#define SPATIAL2_CART_STATE_JACOBIAN_TOLERANCE     7.0e-15
+#define SPATIAL2_CART_STATE_JACOBIAN_TOLERANCE     4.0e-15
 #define SPATIAL2_CART_STEP_TOLERANCE               5.0e-15
 #define SPATIAL2_CART_PROJECT_TOLERANCE            4.0e-15
 #define SPATIAL2_CART_PROPAGATE_TOLERANCE          2.0e-14

@@ -15,8 +15,9 @@ from phichain.errors import ProofError
 from phichain.ir import evaluate
 from phichain.ir.nodes import For, Op, Program, Statement, walk
 from phichain.lowering import lower, lower_function
-from phichain.lowering.dynamics import OF_MANY, form_of_many
+from phichain.lowering.dynamics import OF_MANY, OF_PREPARED, form_of_many, form_of_prepared
 from phichain.lowering.planar.both_ends import lanes
+from phichain.lowering.preparation import preparation
 from phichain.mechanics import derive
 from phichain.proof import prove
 from phichain.reference import reference
@@ -50,11 +51,8 @@ def lanes_of(program: Program) -> list[For]:
 def test_half_the_depth_of_the_sweep_from_the_tip(kind: str, links: int) -> None:
     """Both sides' operations are counted one by one, though a host does two at once."""
     scene, rng = chain(links, **KINDS[kind]), np.random.default_rng(links)
-    if scene.runtime:
-        assert not lanes.suits(scene)
-        scene = chain(links + 16, **KINDS[kind])
-    assert lanes.suits(scene)
-    found, before = forward(scene), from_tip(scene)
+    assert lanes.suits_prepared(scene) and lanes.suits(scene) == (not scene.runtime)
+    found, before = preparation(derive(scene)).whole if scene.runtime else forward(scene), from_tip(scene)
     inputs = state(scene, rng, "any") | runtime(scene, rng)
     assert len(lanes_of(found)) == 1
     assert depth(found) < 0.58 * depth(before)
@@ -97,6 +95,15 @@ def test_where_no_vector_does_both_lanes_there_are_none(more: dict[str, Any]) ->
     assert not lanes.suits(scene)
     assert not lanes_of(lower_function(derive(scene), "forward_dynamics", scene.code))
     assert not lanes.suits(chain(15))
+
+
+def test_runtime_parameters_are_in_lanes_where_they_are_prepared() -> None:
+    """Tables for both lanes cost more at every call than lanes gain."""
+    free = {"mass": "runtime", "length": "runtime", "com": "runtime"}
+    scene, short = chain(16, **free), chain(15, **free)
+    assert form_of_prepared(scene) == OF_PREPARED and form_of_prepared(short) == form_of_prepared(chain(16, mass="runtime", com=None)) == "forward_dynamics"
+    assert lanes_of(preparation(derive(scene)).rest) and not lanes_of(preparation(derive(short)).rest)
+    assert not lanes_of(lower_function(derive(scene), "forward_dynamics"))
 
 
 def test_many_states_at_once_fill_the_vectors_themselves() -> None:

@@ -75,7 +75,7 @@ def _program(model: Model) -> Program:
     """The forward dynamics in the form that lanes run fastest."""
     scene = model.scene
     name = form_of_many(scene)
-    program = lower_function(model, name, scene.code)
+    program = lower_function(model, name, scene.code, keeps_tables=True)
     if scene.code == "auto" and not program.is_straight_line and total_operations(program) <= UNROLL_LIMIT:
         return lower_function(model, name, "unrolled")
     return program

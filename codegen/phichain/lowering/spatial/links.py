@@ -22,19 +22,35 @@ def directions(scene: Scene, q: ArrayRef) -> ArrayRef:
 
 def neighbours(builder: Builder, direction: ArrayRef, links: int) -> tuple[ArrayRef, ArrayRef]:
     """Cosines q_{k-1}.q_k and crosses q_k x q_{k-1} for k = 1..N-1; crosses are zero beyond the tip (k = N)."""
-    cosine = builder.array("cosine", links)
-    crosses = builder.array("cross", 3 * links + 3)
+    cosine, crosses = builder.array("cosine", links), builder.array("cross", 3 * links + 3)
     with builder.loop("k", 1, links) as loop:
-        k = loop.index
-        before, here = load(direction, k - 1), load(direction, k)
-        cosine[k] = builder.let("cosine_k", dot(before, here))
-        across = cross(here, before)
-        store(crosses, k, (
-            builder.let("cross_x", across[0]), builder.let("cross_y", across[1]), builder.let("cross_z", across[2]),
-        ))  # fmt: skip
+        write_cosine(builder, cosine, direction, loop.index)
+        write_cross(builder, crosses, direction, loop.index)
     nothing = builder.lift(0)
     store(crosses, links, (nothing, nothing, nothing))
     return cosine, crosses
+
+
+def cosines(builder: Builder, direction: ArrayRef, links: int) -> tuple[ArrayRef, ArrayRef]:
+    """The same where the crosses between links are still to be written (`write_cross`)."""
+    cosine, crosses = builder.array("cosine", links), builder.array("cross", 3 * links + 3)
+    with builder.loop("k", 1, links) as loop:
+        write_cosine(builder, cosine, direction, loop.index)
+    nothing = builder.lift(0)
+    store(crosses, links, (nothing, nothing, nothing))
+    return cosine, crosses
+
+
+def write_cosine(builder: Builder, cosine: ArrayRef, direction: ArrayRef, k: Index) -> None:
+    """q_{k-1}.q_k."""
+    cosine[k] = builder.let("cosine_k", dot(load(direction, k - 1), load(direction, k)))
+
+
+def write_cross(builder: Builder, crosses: ArrayRef, direction: ArrayRef, k: Index) -> None:
+    """q_k x q_{k-1}."""
+    across = cross(load(direction, k), load(direction, k - 1))
+    let = builder.let
+    store(crosses, k, (let("cross_x", across[0]), let("cross_y", across[1]), let("cross_z", across[2])))
 
 
 def couples(

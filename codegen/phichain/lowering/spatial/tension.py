@@ -21,9 +21,16 @@ from phichain.ir.builder import ArrayRef, Builder, Expr, Index
 from phichain.lowering.algebra.vector import Vector, add, cross, dot, load, scale, store, sub
 from phichain.lowering.chain.losses import brakes_cart, cart_drag
 from phichain.lowering.chain.parameters import Parameters
-from phichain.lowering.spatial.links import couples_of, directions, joint_moments, neighbours
+from phichain.lowering.spatial.links import (
+    cosines,
+    couples_of,
+    directions,
+    joint_moments,
+    neighbours,
+    write_cross,
+)
 from phichain.lowering.spatial.rates import AngularVelocities, Rates
-from phichain.lowering.tensions import Joints, middle, solve_tensions, write_tensions
+from phichain.lowering.tensions import Joints, middle, solve_tensions, takes_cosines, write_tensions
 from phichain.scene import Scene
 
 #: Up to this ratio of the chain's mass to the cart's the forces on the cart are added as they are.
@@ -54,12 +61,14 @@ def accelerations(
 
 def moved_by(scene: Scene, chain: Chain, cosine: ArrayRef, tension: ArrayRef) -> tuple[Expr, Expr] | None:
     """Write the accelerations that these tensions over the masses make; returns x'' in the Program's units."""
-    cart = _heavy_cart(chain, tension) if is_heavy(scene) else _cart(chain, cosine, tension)
+    cart = _heavy_cart(scene, chain, tension) if is_heavy(scene) else _cart(chain, cosine, tension)
     if cart is not None:
         unit = chain.parameters.units.length
         chain.rates.write_cart((cart[0] * unit, cart[1] * unit))
     # The first tension pulls along C^T q_0, which q_0 does not turn about the vertical: what turns it there need not wait for it.
     upright = chain.horizontal if is_heavy(scene) else None
+    if by_cosines(scene):
+        write_cross(chain.builder, chain.crosses, chain.direction, 1)
     _first(chain, tension, cart, upright)
     _beyond(chain, tension)
     return cart
@@ -79,7 +88,7 @@ def chain_of(
 ) -> tuple[Chain, ArrayRef]:
     """The chain, and the cosines between its links."""
     direction = directions(scene, q)
-    cosine, crosses = neighbours(builder, direction, scene.links)
+    cosine, crosses = (cosines if by_cosines(scene) else neighbours)(builder, direction, scene.links)
     moment = joint_moments(builder, scene, parameters, direction, rates.angular, rates.bend)
     pair = None if moment is None else _force_pairs(builder, scene, parameters, direction, moment)
     horizontal = _horizontal(builder, scene, parameters, rates, u, pair)
@@ -121,13 +130,10 @@ def joints_of(scene: Scene, chain: Chain, cosine: ArrayRef) -> Joints:
     builder, parameters = chain.builder, chain.parameters
     links = parameters.links
     right_side = builder.array("right_side", links)
-    right_side[0] = _first_right_side(chain)
+    right_side[0] = _first_right_side(scene, chain)
     with builder.loop("k", 1, links) as loop:
         right_side[loop.index] = _right_side(chain, loop.index)
-    squared = builder.array("sine_squared", links)
-    with builder.loop("k", 1, links) as loop:
-        across = load(chain.crosses, loop.index)
-        squared[loop.index] = dot(across, across)
+    squared = None if by_cosines(scene) else _sines_squared(chain)
     base_slack = builder.lift(0)
     if chain.horizontal is not None:
         x, y, _ = load(chain.direction, 0)
@@ -136,6 +142,15 @@ def joints_of(scene: Scene, chain: Chain, cosine: ArrayRef) -> Joints:
     if chain.horizontal is not None and not is_heavy(scene):
         meeting = max(meeting, min(1, links - 1))
     return Joints(cosine, squared, base_slack, right_side, meeting)
+
+
+def _sines_squared(chain: Chain) -> ArrayRef:
+    links = chain.parameters.links
+    squared = chain.builder.array("sine_squared", links)
+    with chain.builder.loop("k", 1, links) as loop:
+        across = load(chain.crosses, loop.index)
+        squared[loop.index] = dot(across, across)
+    return squared
 
 
 def _right_side(chain: Chain, k: Index) -> Expr:
@@ -148,20 +163,33 @@ def _right_side(chain: Chain, k: Index) -> Expr:
     return value - dot(here, load(chain.pair, k - 1)) / parameters.mass[k - 1]
 
 
-def _first_right_side(chain: Chain) -> Expr:
-    value = _still_right_side(chain)
+def _first_right_side(scene: Scene, chain: Chain) -> Expr:
+    """b_0. Its weight and the pull on the cart, and the rate's square, are sums of their own, which do not wait for each other.
+
+    A cart that may be light wants the weight with the rate's square, without the pull, once more.
+    """
     if chain.horizontal is None:
-        return value
-    return value - (chain.direction[0] * chain.horizontal[0] + chain.direction[1] * chain.horizontal[1])
+        return _still_right_side(chain)
+    x, y = (chain.direction[i] * chain.horizontal[i] for i in range(2))
+    if not is_heavy(scene):
+        return _still_right_side(chain) - (x + y)
+    return _with_rate(chain, _weight(chain) - x - y)
 
 
 def _still_right_side(chain: Chain) -> Expr:
     """b_0 over a base that stands still, or is given its acceleration."""
+    return _with_rate(chain, _weight(chain))
+
+
+def _weight(chain: Chain) -> Expr:
+    return dot(chain.parameters.fall, load(chain.direction, 0))
+
+
+def _with_rate(chain: Chain, weight: Expr) -> Expr:
     parameters = chain.parameters
-    here = load(chain.direction, 0)
-    value = parameters.length[0] * chain.rates.squared(0) + dot(parameters.fall, here)
+    value = weight + parameters.length[0] * chain.rates.squared(0)
     if chain.pair is not None:
-        value = value - dot(here, load(chain.pair, 1)) / parameters.mass[0]
+        value = value - dot(load(chain.direction, 0), load(chain.pair, 1)) / parameters.mass[0]
     return value
 
 
@@ -172,13 +200,18 @@ def is_heavy(scene: Scene) -> bool:
     return sum(scene.mass) <= _LARGEST_LOAD * scene.cart_mass
 
 
-def _heavy_cart(chain: Chain, tension: ArrayRef) -> tuple[Expr, Expr]:
+def by_cosines(scene: Scene) -> bool:
+    """Whether the tensions are found from cosines alone, and q_1 x q_0 is formed where it is used."""
+    return takes_cosines(scene) and (is_heavy(scene) or not scene.has_cart)
+
+
+def _heavy_cart(scene: Scene, chain: Chain, tension: ArrayRef) -> tuple[Expr, Expr]:
     """x'' from the force and the first tension."""
     assert chain.horizontal is not None
     builder, parameters = chain.builder, chain.parameters
     if parameters.links == 1:
         x, y, _ = load(chain.direction, 0)
-        pull = _first_right_side(chain) / (x * x + y * y + parameters.base_mass / parameters.mass[0])
+        pull = _first_right_side(scene, chain) / (parameters.base_mass / parameters.mass[0] + x * x + y * y)
     else:
         pull = tension[0] * (parameters.mass[0] / parameters.base_mass)
     pull = builder.let("pull_on_cart", pull)

@@ -32,15 +32,19 @@ from phichain.lowering.planar.joints import PlanarState, couples, from_absolute
 from phichain.scene import Scene
 
 _BEYOND, _BEFORE = 0, 1
-#: From so many links on two lanes take less time than two eliminations side by side; the same where tables of runtime parameters
-#: for both come on top: at 16 links they take 0.94 of the time with these prepared and 1.09 with them, at 32 links 0.89 and 0.98.
-_FEWEST_LINKS, _FEWEST_RUNTIME_LINKS = 16, 32
+#: From so many links on two lanes take less time than two eliminations side by side. Of runtime parameters only where they are
+#: prepared: tables for both lanes cost more at every call than the lanes gain (1.02 to 1.09 of the time with 16 to 64 links).
+_FEWEST_LINKS = 16
 
 
 def suits(scene: Scene) -> bool:
     """Whether this form is the faster one: long chains in loops on a host, whose vectors do both lanes at once."""
-    fewest = _FEWEST_LINKS if is_folded(scene) else _FEWEST_RUNTIME_LINKS
-    if scene.links < fewest or scene.code == "unrolled" or saves_memory(scene) or scene.tip_masses:
+    return is_folded(scene) and suits_prepared(scene)
+
+
+def suits_prepared(scene: Scene) -> bool:
+    """The same where runtime parameters have been prepared."""
+    if scene.links < _FEWEST_LINKS or scene.code == "unrolled" or saves_memory(scene) or scene.tip_masses:
         return False
     return base_side.suits(scene)
 
