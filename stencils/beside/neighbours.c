@@ -55,18 +55,21 @@ static int stem_is_coarse(const int low, const stem_jets *beside, const phi_real
 static void stem_follow(CONTEXT const int low, const stem_step *step, const int is_far, phi_real off[stem_x], stem_jets *beside)
 {
     const phi_real unit = step->unit, whole = step->h / unit;
-    phi_real left = whole, part, before[stem_x];
+    phi_real left = whole, before[stem_x];
+    int is_whole = 1;
     for (int i = 0; i < stem_x; ++i) {
         beside->state[i] = before[i] = step->state[i] + off[i];
     }
     do {
         stem_begin(PASS beside, beside->state, beside->lost, &step->unit, beside->start);
         stem_expand(PASS low, beside);
-        for (part = left; is_far && phi_abs(part) > phi_abs(whole) / stem_parts && stem_is_coarse(low, beside, unit, part);) {
+        phi_real part = left;
+        while (is_far && phi_abs(part) > phi_abs(whole) / stem_parts && stem_is_coarse(low, beside, unit, part)) {
             part /= 2;
+            is_whole = 0;
         }
         /* Over a whole step both leave out the same. */
-        for (int i = 0; i < stem_q && part == whole; ++i) {
+        for (int i = 0; is_whole && i < stem_q; ++i) {
             phi_real faster = 0, farther = 0;
             for (int n = low; n > 0; --n) {
                 const phi_real apart = beside->x[n][stem_q + i] - step->rates[(n - 1) * stem_q + i];
@@ -76,7 +79,7 @@ static void stem_follow(CONTEXT const int low, const stem_step *step, const int 
             off[i] += (off[stem_q + i] * unit + farther * part) * part;
             off[stem_q + i] += faster * part / unit;
         }
-        for (int i = 0; i < stem_q && part != whole; ++i) {
+        for (int i = 0; !is_whole && i < stem_q; ++i) {
             phi_real faster = 0, farther = 0;
             for (int n = low; n > 0; --n) {
                 farther = farther * part + beside->x[n][stem_q + i] / (phi_real)(n + 1);
@@ -87,7 +90,7 @@ static void stem_follow(CONTEXT const int low, const stem_step *step, const int 
         }
         left -= part;
     } while (phi_abs(left) > 0);
-    for (int i = 0; i < stem_q && part != whole; ++i) {
+    for (int i = 0; !is_whole && i < stem_q; ++i) {
         phi_real faster = 0, farther = 0;
         for (int n = low; n > 0; --n) {
             farther = farther * whole + step->rates[(n - 1) * stem_q + i] / (phi_real)(n + 1);

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
-from functools import lru_cache, partial
+from functools import cache, partial
 from threading import Lock
 from typing import Any
 
@@ -230,7 +230,7 @@ def looked_up() -> Callable[..., Any]:
     return lambda t, x: [float(spline(np.clip(x[0], -6, 6)))]
 
 
-@lru_cache(maxsize=None)
+@cache
 def cached(t: float, angle: float, rate: float) -> float:
     return wanted(t, np.array([angle, rate]))
 

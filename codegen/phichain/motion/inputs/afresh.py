@@ -58,7 +58,7 @@ class Afresh:
             writer = _Writer(buffer, self._shared)
             writer.dump(law)
             writer.check()
-        except Exception:  # whatever an object of the caller's says when it is copied
+        except Exception:  # noqa: BLE001 - whatever an object of the caller's says when it is copied
             return
         self._text = buffer.getvalue()
 
@@ -68,7 +68,7 @@ class Afresh:
             return None
         try:
             found: Control = _Reader(io.BytesIO(self._text), self._shared).load()
-        except Exception:  # whatever an object of the caller's says when it is made
+        except Exception:  # noqa: BLE001 - whatever an object of the caller's says when it is made
             return None
         return found
 

@@ -64,7 +64,7 @@ class Purity:
             return
         try:
             u = law(here.t, here.x)
-        except Exception:  # a copy that cannot answer says nothing
+        except Exception:  # noqa: BLE001 - a copy that cannot answer says nothing
             return
         _demand_same(_Answer(here.t, here.x, u), here.u)
 
