@@ -31,7 +31,7 @@ def wanted(t: float, x: np.ndarray) -> float:
 def differentiating(is_signed: bool) -> Callable[..., Any]:
     seen: dict[str, Any] = {"x": None, "t": 0.0}
 
-    def law(t: float, x: np.ndarray) -> list[float]:
+    def law(t: float, x: np.ndarray) -> Any:
         is_first = seen["x"] is None or (t == seen["t"] if is_signed else t <= seen["t"])
         rate = 0.0 if is_first else (x[0] - seen["x"]) / (t - seen["t"])
         seen["x"], seen["t"] = x[0], t
@@ -52,7 +52,7 @@ def locked() -> Callable[..., Any]:
 
 
 def keeping(memory: Any) -> Callable[..., Any]:
-    def law(t: float, x: np.ndarray) -> list[float]:
+    def law(t: float, x: np.ndarray) -> Any:
         k = int(t / 0.02)
         if k not in memory:
             memory[k] = wanted(t, x)
@@ -65,7 +65,7 @@ class Keeping:
     def __init__(self) -> None:
         self.known: dict[int, float] = {}
 
-    def __call__(self, t: float, x: np.ndarray) -> list[float]:
+    def __call__(self, t: float, x: np.ndarray) -> Any:
         return [self.known.setdefault(int(t / 0.02), wanted(t, x))]
 
 
@@ -92,11 +92,11 @@ def in_a_name() -> Callable[..., Any]:
     return lambda t, x: [sampled(t, x)]
 
 
-def in_the_module(t: float, x: np.ndarray) -> list[float]:
+def in_the_module(t: float, x: np.ndarray) -> Any:
     return [KEPT.setdefault(int(t / 0.02), wanted(t, x))]
 
 
-def named(t: float, x: np.ndarray) -> list[float]:
+def named(t: float, x: np.ndarray) -> Any:
     global last
     last = 1 if last is None else last + 1
     return [last]
@@ -105,7 +105,7 @@ def named(t: float, x: np.ndarray) -> list[float]:
 def in_a_queue() -> Callable[..., Any]:
     queue: deque[tuple[int, float]] = deque(maxlen=200)
 
-    def law(t: float, x: np.ndarray) -> list[float]:
+    def law(t: float, x: np.ndarray) -> Any:
         k = int(t / 0.02)
         for at, u in queue:
             if at == k:
@@ -120,7 +120,7 @@ def latching() -> Callable[..., Any]:
     """Answers alike until it has seen something; forgets nothing."""
     was: set[str] = set()
 
-    def law(t: float, x: np.ndarray) -> list[float]:
+    def law(t: float, x: np.ndarray) -> Any:
         if x[0] < 0:
             was.add("below")
         return [0.2 if was else -0.2]
@@ -138,7 +138,7 @@ REMEMBERING: dict[str, Callable[[], Any]] = {
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("kind", REMEMBERING)
 def test_a_law_that_remembers_is_noticed(kind: str, method: str) -> None:
-    options = {"h": 0.01} if method == "step" else {}
+    options: dict[str, Any] = {"h": 0.01} if method == "step" else {}
     with pytest.raises(ArrayError, match="remembers earlier calls.*sample=Ts"):
         simulate(pendulum(), START, [0.0, 3.0], method, u=REMEMBERING[kind](), max_steps=2000, **options)
 
@@ -184,7 +184,7 @@ def memoised() -> Callable[..., Any]:
 def counting() -> Callable[..., Any]:
     calls: list[float] = []
 
-    def law(t: float, x: np.ndarray) -> list[float]:
+    def law(t: float, x: np.ndarray) -> Any:
         calls.append(t)
         return [wanted(t, x)]
 
@@ -213,7 +213,7 @@ def half_shared() -> Callable[..., Any]:
     keeper, known = kept(), dict[tuple[float, ...], int]()
     table = next(keeper)
 
-    def law(t: float, x: np.ndarray) -> list[float]:
+    def law(t: float, x: np.ndarray) -> Any:
         key = (t, *x)
         if key not in known:
             known[key] = len(table)
@@ -258,7 +258,7 @@ PURE: dict[str, Callable[[], Any]] = {
 @pytest.mark.parametrize("kind", PURE)
 def test_a_function_of_time_and_state_is_left_in_peace(kind: str) -> None:
     for method in ("auto", "RK45", "LSODA", "step"):
-        options = {"h": 0.01} if method == "step" else {}
+        options: dict[str, Any] = {"h": 0.01} if method == "step" else {}
         run = simulate(pendulum(), START, [0.0, 1.0], method, u=PURE[kind](), **options)
         assert run.t[-1] == 1.0 and (method == "step" or run.status == "complete")
 
@@ -271,7 +271,7 @@ def test_what_cannot_be_copied_whole_is_not_copied() -> None:
     assert Afresh(lambda t, x: large[:1]).law() is None
 
     class Closing:
-        def __call__(self, t: float, x: np.ndarray) -> list[float]:
+        def __call__(self, t: float, x: np.ndarray) -> Any:
             return [0.0]
 
         def __del__(self) -> None:
@@ -295,8 +295,13 @@ def test_a_copy_remembers_what_the_law_did_and_nothing_later() -> None:
 
 def test_questions_are_few() -> None:
     """Two for each step, and two more after 1, 2, 4, ... of them; those of copies are not the law's."""
-    asked = []
-    pure = Purity(lambda t, x: asked.append(t) or np.zeros(1), 0.0, np.zeros(2))
+    asked: list[float] = []
+
+    def law(t: float, x: np.ndarray) -> np.ndarray:
+        asked.append(t)
+        return np.zeros(1)
+
+    pure = Purity(law, 0.0, np.zeros(2))
     for k in range(1000):
         pure.look(0.1 * (k + 1), np.zeros(2))
     assert len(asked) == 1 + 2 * 1000 + 2 * 10
