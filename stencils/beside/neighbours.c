@@ -5,7 +5,8 @@
  * all have turned into one direction, which any error does that grows, one is enough. */
 enum {
     stem_neighbours = 3,
-    stem_turning = 16 /* steps in one direction after which it stays */
+    stem_turning = 16, /* steps in one direction after which it stays */
+    stem_parts = 64 /* of a step that a neighbour takes at most */
 };
 
 typedef struct stem_beside {
@@ -35,24 +36,68 @@ static void stem_tangent(const phi_real state[stem_x], phi_real off[stem_x])
 }
 #endif
 
-/* What a neighbour becomes over a step; angles have rates for slopes. */
-static void stem_follow(CONTEXT const int low, const stem_step *step, phi_real off[stem_x], stem_jets *beside)
+/* Whether the last term of a neighbour's series is more than a small part of the largest: it is elsewhere, where the step is too long for it. */
+static int stem_is_coarse(const int low, const stem_jets *beside, const phi_real unit, const phi_real t)
 {
-    const phi_real unit = step->unit, t = step->h / unit;
-    for (int i = 0; i < stem_x; ++i) {
-        beside->state[i] = step->state[i] + off[i];
+    phi_real power = 1, last = 0, largest = 0;
+    for (int n = 0; n <= low; ++n) {
+        last = 0;
+        for (int i = stem_q; i < stem_x; ++i) {
+            last = stem_larger(phi_abs(n > 0 ? beside->x[n][i] : unit * beside->state[i]) * power, last);
+        }
+        largest = stem_larger(last, largest);
+        power *= phi_abs(t);
     }
-    stem_begin(PASS beside, beside->state, beside->lost, &step->unit, beside->start);
-    stem_expand(PASS low, beside);
-    for (int i = 0; i < stem_q; ++i) {
+    return 1024 * last > largest;
+}
+
+/* What a neighbour becomes over a step; angles have rates for slopes. Where the step is too long for it, it takes parts of it, halves of halves. */
+static void stem_follow(CONTEXT const int low, const stem_step *step, const int is_far, phi_real off[stem_x], stem_jets *beside)
+{
+    const phi_real unit = step->unit, whole = step->h / unit;
+    phi_real left = whole, before[stem_x];
+    int is_whole = 1;
+    for (int i = 0; i < stem_x; ++i) {
+        beside->state[i] = before[i] = step->state[i] + off[i];
+    }
+    do {
+        stem_begin(PASS beside, beside->state, beside->lost, &step->unit, beside->start);
+        stem_expand(PASS low, beside);
+        phi_real part = left;
+        while (is_far && phi_abs(part) > phi_abs(whole) / stem_parts && stem_is_coarse(low, beside, unit, part)) {
+            part /= 2;
+            is_whole = 0;
+        }
+        /* Over a whole step both leave out the same. */
+        for (int i = 0; is_whole && i < stem_q; ++i) {
+            phi_real faster = 0, farther = 0;
+            for (int n = low; n > 0; --n) {
+                const phi_real apart = beside->x[n][stem_q + i] - step->rates[(n - 1) * stem_q + i];
+                farther = farther * part + apart / (phi_real)(n + 1);
+                faster = faster * part + apart;
+            }
+            off[i] += (off[stem_q + i] * unit + farther * part) * part;
+            off[stem_q + i] += faster * part / unit;
+        }
+        for (int i = 0; !is_whole && i < stem_q; ++i) {
+            phi_real faster = 0, farther = 0;
+            for (int n = low; n > 0; --n) {
+                farther = farther * part + beside->x[n][stem_q + i] / (phi_real)(n + 1);
+                faster = faster * part + beside->x[n][stem_q + i];
+            }
+            beside->state[i] += (beside->state[stem_q + i] * unit + farther * part) * part;
+            beside->state[stem_q + i] += faster * part / unit;
+        }
+        left -= part;
+    } while (phi_abs(left) > 0);
+    for (int i = 0; !is_whole && i < stem_q; ++i) {
         phi_real faster = 0, farther = 0;
         for (int n = low; n > 0; --n) {
-            const phi_real apart = beside->x[n][stem_q + i] - step->rates[(n - 1) * stem_q + i];
-            farther = farther * t + apart / (phi_real)(n + 1);
-            faster = faster * t + apart;
+            farther = farther * whole + step->rates[(n - 1) * stem_q + i] / (phi_real)(n + 1);
+            faster = faster * whole + step->rates[(n - 1) * stem_q + i];
         }
-        off[i] += (off[stem_q + i] * unit + farther * t) * t;
-        off[stem_q + i] += faster * t / unit;
+        off[i] += (beside->state[i] - before[i]) - (step->state[stem_q + i] * unit + farther * whole) * whole;
+        off[stem_q + i] += (beside->state[stem_q + i] - before[stem_q + i]) - faster * whole / unit;
     }
 }
 
@@ -98,12 +143,12 @@ static int stem_are_alike(const phi_real fastest, const phi_real one[stem_x], co
 }
 
 /* What so many neighbours say together: near round-off, where errors are chance, three quarters of what they are off on average; else what the
- * one says whose errors have their signs or, where these all but cancel, a tenth of what they come to with others. */
+ * one says whose errors have their signs or, where these all but cancel, a small part of what they come to with others. */
 static phi_real stem_together(const int is_chance, const int count, const phi_real sizes[stem_neighbours])
 {
     phi_real sum = 0;
     if (!is_chance) {
-        return count > 1 ? stem_larger(sizes[1] / 10, sizes[0]) : sizes[0];
+        return count > 1 ? stem_larger(sizes[1] / 32, sizes[0]) : sizes[0];
     }
     for (int k = 0; k < count; ++k) {
         sum += sizes[k] / (phi_real)count;
@@ -131,7 +176,8 @@ static void stem_watch(CONTEXT const phi_real goal, const int order, const stem_
             (void)goal;
 #endif
             if (room->share[k] > 0) {
-                stem_follow(PASS low, step, off, &room->jet);
+                stem_norms(scales[1], off, size);
+                stem_follow(PASS low, step, 32 * stem_larger(size[0], size[1] / scales[0]) > 1, off, &room->jet);
             } else {
                 stem_norms(scales[1], local, size);
                 room->share[k] = stem_larger(size[0], size[1] / scales[0]) / PHI_NEIGHBOUR;

@@ -65,7 +65,7 @@ def simulate(
             and the reason says so.
         u: Input: None (zero), a constant (nu,), a Table or (times, values[, "held" | "linear"]) that covers the run, a law
             u(t, x), or any of them for an input by its name, as {"force": law, "torque_2": 0.1}; an input without a name
-            there is zero. A law must be a pure function of (t, x): it is asked in any order, more than once. Methods that
+            there is zero. A law must be a pure function of (t, x): it is asked in any order, more than once, and so is a copy of it. Methods that
             hold their input (taylor, rosenbrock, CVODES) run from break to break of what is constant in between; what moves
             with t or x goes through SciPy's, with the same breaks. What it writes into x changes nothing.
         sample: Ts, s: u is asked at t_0 + k Ts alone, once each, in that order (so it may have a memory), and held.

@@ -14,7 +14,7 @@ from phichain.motion.error.second import TENFOLD, Method, second_run
 from phichain.motion.path import Path
 from phichain.motion.problem import Problem
 from phichain.records import Held
-from phichain.system import Vector
+from phichain.system import System, Vector
 
 #: An estimate is this many times what was found: two runs may be wrong in the same way, in part.
 SAFETY: Final = 2.0
@@ -28,12 +28,15 @@ MOST_AT_ROUND_OFF: Final = 1e-4
 KEPT: Final = 4.0
 #: Two runs that have parted may be close by chance: how much farther either may be from the motion.
 PARTED: Final = 5.0
-#: The same for neighbours, whose tangent says less and less as they part: by how much, and from which part of that error on; then all may be.
-TANGENT, EARLIER, ALL = 2.0, 0.5, 1.0
+#: The same for neighbours: how much farther, and how far at least.
+TANGENT, ALL = 2.0, 1.0
+#: From which error on that is, in units of `LOST`: of one that flies where the motion would be, tangent or not; and where errors are chance, of a tangent.
+KNOWN, EARLIER = 8.0, 0.5
 #: How far they are apart by then: what the motion winds up by in the time since then, on average, so many times.
-WANDERS: Final = 2.0
-#: From which part of that error on they do not come back: what is left of a large error is the error of a neighbour as much.
+WANDERS: Final = 4.0
+#: From which part of that error on they come back to what part of it at most, known or by chance: what is left of a large error is the error of a neighbour as much.
 STAYS: Final = 0.2
+BACK: Final = (0.5, 1.0)
 #: Methods whose errors are relative to the motion.
 MEASURED_BY_MOTION: Final = ("taylor", "rosenbrock")
 ROUND_OFF: Final = {"double": float(np.finfo(float).eps), "float": float(np.finfo(np.float32).eps)}
@@ -76,8 +79,9 @@ def estimated(problem: Problem, path: Path, name: str, method: Method, asked: fl
     most = _most(problem, name, method.fixed, asked, float(np.min(1 / measure.weights)))
     lost, least, elapsed = LOST, 0.0, None
     if path.off is not None:
-        error, by, apart, lost = SAFETY * measure.of_parts(path.off()), "neighbours of its steps", TANGENT, EARLIER * LOST
-        least, elapsed, error = ALL, np.abs(path.t - path.t[0]), np.maximum(error, np.maximum.accumulate(np.where(error > STAYS * LOST, error, 0.0)))
+        is_chance = problem.tol <= FINEST and not _rounds_by_rule(system)
+        error, by, apart, lost = SAFETY * measure.of_parts(path.off()), "neighbours of its steps", TANGENT, (EARLIER if is_chance else KNOWN) * LOST
+        least, elapsed, error = ALL, np.abs(path.t - path.t[0]), np.maximum(error, BACK[is_chance] * np.maximum.accumulate(np.where(error > STAYS * LOST, error, 0.0)))
         if system.links == 1 and problem.tol <= FINEST and np.max(error) > most:  # no chaos, but a separatrix
             error = held_against_other_steps(problem, path, measure, error, ROUND_OFF[system.real])
     elif name == "taylor" and system.real == "double" and problem.tol <= FINEST and not problem.is_moved:
@@ -98,6 +102,11 @@ def estimated(problem: Problem, path: Path, name: str, method: Method, asked: fl
     is_finest = name == "taylor" and problem.tol <= ROUND_OFF[system.real]
     remedy = "double precision sees no farther, shorten the span" if is_finest else _REMEDY
     return Estimate(error, until, (f"doubtful: {why} and ends at {error[-1]:.2g}; {remedy}",))
+
+
+def _rounds_by_rule(system: System) -> bool:
+    """Whether neighbours know what rounding does to a step with its sign: in the plane, without dry friction, whose tanh has no pair."""
+    return system.is_planar and system.joints.friction is None and system.numbers.cart_friction is None
 
 
 def _no_more(error: Vector, sizes: Vector, round_off: float, apart: float, lost: float, least: float, elapsed: Vector | None = None) -> Vector:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from phichain.errors import ArrayError
+from phichain.motion.inputs.afresh import Afresh
 from phichain.motion.inputs.piece import Control
 from phichain.records import Held
 from phichain.system import Vector
@@ -23,15 +24,17 @@ class _Answer(Held):
 
 
 class Purity:
-    """Questions put to a law at accepted steps, once and again after later ones.
+    """Questions put to a law at accepted steps, once and again after later and after earlier ones, and to what it was before.
 
-    A law that remembers its last call answers by what it saw last. So the last step's question is put again after each step,
-    and the first one after 1, 2, 4, 8, ... steps: twelve evaluations of a step cost more.
+    A law that remembers its last call answers by what it saw last. So the last step's question is put again after each step, and after
+    1, 2, 4, 8, ... steps the first one, and this step's after these earlier ones: twelve evaluations of a step cost more. One that
+    remembers what it saw first answers everything twice alike; its copy, that nobody has asked, is asked after 1, 2, 3, 5, 9, ... steps.
     """
 
-    def __init__(self, control: Control, t: float, x: Vector) -> None:
-        """Ask at the start."""
+    def __init__(self, control: Control, t: float, x: Vector, is_copied: bool = True) -> None:
+        """Ask at the start; and whether a copy may be made before."""
         self._control, self._steps = control, 0
+        self._before = Afresh(control) if is_copied else None
         self._first = self._last = _Answer(t, x, control(t, x))
 
     def look(self, t: float, x: Vector) -> None:
@@ -47,15 +50,36 @@ class Purity:
         self._again(self._last)
         if self._steps & (self._steps - 1) == 0:
             self._again(self._first)
+            self._again(here)
+        if (self._steps - 1) & (self._steps - 2) == 0:  # odd ones: every other step may begin a sample
+            self._as_before(here)
         self._last = here
 
     def _again(self, before: _Answer) -> None:
-        now = self._control(before.t, before.x)
-        if np.array_equal(now, before.u):
+        _demand_same(before, self._control(before.t, before.x))
+
+    def _as_before(self, here: _Answer) -> None:
+        law = None if self._before is None else self._before.law()
+        if law is None:
             return
-        if np.max(np.abs(now - before.u)) > SAME * max(np.max(np.abs(now)), np.max(np.abs(before.u))):
-            raise ArrayError(
-                "u", (before.u.tolist(), now.tolist()),
-                f"gives two answers at t = {before.t:.6g} s in one state, so it is no function of (t, x): it remembers earlier calls",
-                "give sample=Ts for a law that samples or has a memory: it is then asked once at every sample, in their order",
-            )  # fmt: skip
+        try:
+            u = law(here.t, here.x)
+        except Exception:  # noqa: BLE001 - a copy that cannot answer says nothing
+            return
+        _demand_same(_Answer(here.t, here.x, u), here.u)
+
+
+def _demand_same(before: _Answer, now: Vector) -> None:
+    """Refuse a law that gives two answers to one question.
+
+    Raises:
+        ArrayError: It does.
+    """
+    if np.array_equal(now, before.u):
+        return
+    if np.max(np.abs(now - before.u)) > SAME * max(np.max(np.abs(now)), np.max(np.abs(before.u))):
+        raise ArrayError(
+            "u", (before.u.tolist(), now.tolist()),
+            f"gives two answers at t = {before.t:.6g} s in one state, so it is no function of (t, x): it remembers earlier calls",
+            "give sample=Ts for a law that samples or has a memory: it is then asked once at every sample, in their order",
+        )  # fmt: skip

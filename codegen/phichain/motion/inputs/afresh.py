@@ -1,0 +1,201 @@
+"""A law as it was before a run: a copy of all that it may remember, which answers as if nothing had been asked yet.
+
+A law that keeps the first answer of every sample interval gives one question one answer, always: no question asked of it alone tells
+that from a function of time. Its copy does. A copy is made of everything or not at all: what half a copy shared with the law might be
+written to by both. So laws are copied that consist of functions, closures, containers, arrays and plain objects; what holds anything
+else (a file, a generator, another library's object) is left in peace.
+"""
+
+from __future__ import annotations
+
+import dis
+import io
+import pickle
+import random
+import sys
+from collections import Counter, OrderedDict, defaultdict, deque
+from collections.abc import Iterator
+from functools import partial
+from types import BuiltinFunctionType, CellType, CodeType, FunctionType, MethodType, ModuleType
+from typing import Any, Final
+
+import numpy as np
+
+from phichain.motion.inputs.piece import Control
+from phichain.records import Held
+from phichain.system import System
+
+#: Bytes, objects and arrays of a law beyond which it is not copied.
+MOST_BYTES, MOST_OBJECTS, MOST_ARRAYS = 2**22, 20_000, 64
+_COPIED: Final = (np.generic, partial, MethodType, deque, OrderedDict, defaultdict, Counter, random.Random, CellType, complex, range, slice)
+_WRITEABLE: Final = (list, dict, set, bytearray, deque, np.ndarray)
+_OWN: Final = ("__reduce_ex__", "__reduce__", "__getstate__")
+
+
+class _NotCopiedError(Exception):
+    """A law holds what is not copied."""
+
+
+class _Names:
+    """The global names that functions of one module see."""
+
+    def __init__(self, table: dict[str, Any]) -> None:
+        self.table = table
+
+
+_SHARED: Final = (type, ModuleType, BuiltinFunctionType, CodeType, np.ufunc, np.dtype, System, _Names)
+
+
+class Afresh:
+    """A law as it is now, however often it is asked later."""
+
+    def __init__(self, law: Control) -> None:
+        """Copy it, where it can be."""
+        self._shared: list[Any] = []
+        self._text: bytes | None = None
+        buffer = io.BytesIO()
+        try:
+            writer = _Writer(buffer, self._shared)
+            writer.dump(law)
+            writer.check()
+        except Exception:  # noqa: BLE001 - whatever an object of the caller's says when it is copied
+            return
+        self._text = buffer.getvalue()
+
+    def law(self) -> Control | None:
+        """A copy of its own, not asked yet; None where there is none."""
+        if self._text is None:
+            return None
+        try:
+            found: Control = _Reader(io.BytesIO(self._text), self._shared).load()
+        except Exception:  # noqa: BLE001 - whatever an object of the caller's says when it is made
+            return None
+        return found
+
+
+class _Writer(pickle.Pickler):
+    """Writes functions as what they are, shares what nobody writes to, and refuses what it does not know."""
+
+    def __init__(self, buffer: io.BytesIO, shared: list[Any]) -> None:
+        super().__init__(buffer, 5)
+        self._shared, self._places = shared, dict[int, int]()
+        self._arrays, self._names = dict[int, np.ndarray](), dict[int, _Names]()
+        self._objects = self._bytes = 0
+
+    def check(self) -> None:
+        """Refuse arrays that share memory, as their copies would not."""
+        arrays = list(self._arrays.values())
+        for k, one in enumerate(arrays):
+            for other in arrays[:k]:
+                if (one.flags.writeable or other.flags.writeable) and np.may_share_memory(one, other):
+                    raise _NotCopiedError
+
+    def persistent_id(self, found: Any) -> int | None:
+        """The place of what is shared; None for what is copied."""
+        self._objects += 1
+        if type(found) is np.ndarray and id(found) not in self._arrays:
+            self._arrays[id(found)] = found
+            self._bytes += found.nbytes
+        elif type(found) in (bytes, str, bytearray):
+            self._bytes += len(found)
+        if self._objects > MOST_OBJECTS or self._bytes > MOST_BYTES or len(self._arrays) > MOST_ARRAYS:
+            raise _NotCopiedError
+        if not (isinstance(found, _SHARED) or (isinstance(found, FunctionType) and _is_of_library(found))):
+            return None
+        if id(found) not in self._places:
+            self._places[id(found)] = len(self._shared)
+            self._shared.append(found)
+        return self._places[id(found)]
+
+    def reducer_override(self, found: Any) -> Any:
+        """How what is copied is written."""
+        kind = type(found)
+        if kind is FunctionType:
+            names = self._names.setdefault(id(found.__globals__), _Names(found.__globals__))
+            return _function, (found.__code__, names, found.__closure__), _state(found), None, None, _fill
+        if kind is CellType:
+            return CellType, ()
+        if (kind is np.ndarray and not found.dtype.hasobject) or isinstance(found, _COPIED) or _is_plain(kind):
+            return NotImplemented
+        raise _NotCopiedError
+
+
+class _Reader(pickle.Unpickler):
+    """Makes copies, whose global names are their own."""
+
+    def __init__(self, text: io.BytesIO, shared: list[Any]) -> None:
+        super().__init__(text)
+        self._shared, self._tables = shared, dict[int, dict[str, Any]]()
+
+    def persistent_load(self, place: int) -> Any:
+        """What is shared."""
+        found = self._shared[place]
+        return self._tables.setdefault(place, dict(found.table)) if isinstance(found, _Names) else found
+
+
+def _function(code: CodeType, names: dict[str, Any], closure: tuple[CellType, ...] | None) -> FunctionType:
+    return FunctionType(code, names, None, None, closure)
+
+
+def _state(function: FunctionType) -> tuple[Any, ...]:
+    """What a function goes on with: the cells that are filled, defaults, attributes, and the global names that it may read."""
+    filled = []
+    for cell in function.__closure__ or ():
+        try:
+            filled.append((cell, cell.cell_contents))
+        except ValueError:  # a name that is bound later
+            continue
+    table = function.__globals__
+    read = {name: table[name] for code in _codes(function.__code__) for name in code.co_names if name in table}
+    return filled, function.__defaults__, function.__kwdefaults__, function.__dict__, read
+
+
+def _fill(function: FunctionType, state: tuple[Any, ...]) -> None:
+    filled, function.__defaults__, function.__kwdefaults__, attributes, read = state
+    for cell, value in filled:
+        cell.cell_contents = value
+    function.__dict__.update(attributes)
+    function.__globals__.update(read)
+
+
+def _codes(code: CodeType) -> Iterator[CodeType]:
+    """A function's code, and that of those that are made in it."""
+    yield code
+    for constant in code.co_consts:
+        if isinstance(constant, CodeType):
+            yield from _codes(constant)
+
+
+def _is_of_library(function: FunctionType) -> bool:
+    """Whether it is found by its name in a module that is none of the caller's."""
+    if function.__closure__ or "<" in function.__qualname__:
+        return False
+    root = function.__module__.partition(".")[0] if function.__module__ else ""
+    file = getattr(sys.modules.get(root), "__file__", None) or ""
+    return root in sys.stdlib_module_names - {"__main__"} or root == "phichain" or "site-packages" in file or "dist-packages" in file
+
+
+def _is_plain(kind: type) -> bool:
+    """Whether all that its objects remember are their attributes: no class of C, none that copies itself, none that keeps anything for all of them."""
+    is_held = issubclass(kind, Held)
+    if any(getattr(kind, name) is not getattr(object, name) for name in _OWN if not (is_held and name == "__getstate__")) or (hasattr(kind, "__setstate__") and not is_held) or hasattr(kind, "__del__"):
+        return False
+    for base in kind.__mro__[:-1]:
+        if not base.__flags__ & 1 << 9:  # Py_TPFLAGS_HEAPTYPE: made by a class statement
+            return False
+        for name, value in vars(base).items():
+            if isinstance(value, _WRITEABLE) and not name.startswith("__"):
+                return False
+            if isinstance(value, FunctionType) and not _is_of_library(value) and _keeps_outside(value):
+                return False
+    return True
+
+
+def _keeps_outside(method: FunctionType) -> bool:
+    """Whether a method reads containers of its module, or writes to that."""
+    for code in _codes(method.__code__):
+        if any(isinstance(method.__globals__.get(name), _WRITEABLE) for name in code.co_names):
+            return True
+        if any(step.opname in ("STORE_GLOBAL", "DELETE_GLOBAL") for step in dis.get_instructions(code)):
+            return True
+    return False
