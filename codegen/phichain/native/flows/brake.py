@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
+from weakref import finalize
 
 import numpy as np
 
@@ -74,20 +75,23 @@ class Brake:
         asked: How many evaluations the last call took, which `desk["asked"]` tells.
     """
 
-    def __init__(self, functions: Braking, bind: Callable[[], Bound], sizes: tuple[int, int], scale: Array, tolerance: float, rough: float, most_steps: int) -> None:
+    def __init__(self, functions: Braking, bind: Callable[[], Bound], sizes: tuple[int, int], scale: Array, tolerance: float, rough: float, most_steps: int, give: Callable[[Bound], None] | None = None) -> None:
         """Bind a flow, and take a problem's sizes.
 
         Args:
             functions: The foreign functions.
-            bind: Binds the flow with all columns.
+            bind: Binds the flow with all columns, to whatever tolerance and budget.
             sizes: nq and the number of links.
             scale: Sizes of the unknowns (nq + 1,).
             tolerance: Tolerance of the flow.
             rough: The same far from an orbit.
             most_steps: Budget of its steps.
+            give: Takes the bound flow back when nobody has this any more.
         """
-        self._given = functions, bind, sizes, scale, tolerance, rough, most_steps
+        self._given = functions, bind, sizes, scale, tolerance, rough, most_steps, give
         self._bound, self._functions = bind(), functions
+        if give is not None:
+            finalize(self, give, self._bound).atexit = False
         self._fields, self._event_fields, whole = _places(*sizes)
         self._memory = np.zeros(max(end for _, end, _ in whole.values()))
         self.desk: Mapping[str, Array] = Desk(self._memory, whole)
@@ -182,8 +186,7 @@ class Brake:
         self._stride[:] = step, *limits, most, start[0]
         desk["start"][0], desk["start"][1] = start[1:]
         desk["watched"].fill(len(tests))
-        for k, test in enumerate(tests):
-            desk["watch"][k] = _watched(test)
+        desk["watch"][: len(tests)] = [_watched(test) for test in tests]
         desk["seen"].fill(len(seen.values))
         desk["at"][:count], desk["sigmas"][:count] = seen.at, seen.sigmas
         desk["values"][count - len(seen.values) : count, : len(tests)] = seen.values
@@ -257,8 +260,8 @@ class Brake:
         self._counts[0].fill(len(line))
         return True
 
-    def _reached(self, where: str, count: int, tests: int) -> list[Reached]:
-        return Reached.all_of(self.desk[where][:count].copy(), self._fields, tests)
+    def _reached(self, where: str, count: int, tests: int) -> Reached:
+        return Reached(self.desk[where][:count].copy(), self._fields, tests)
 
     def _know(self, known: Sequence[tuple[Array, Array]]) -> None:
         if len(known) > KNOWN:
@@ -289,6 +292,7 @@ def _places(nq: int, links: int) -> tuple[Fields, Fields, Fields]:
     return orbit, event, desk
 
 
+@lru_cache
 def _watched(test: Any) -> tuple[float, ...]:
     """A test function as C takes it: which of `WHAT`, which one of these, what is taken off, how it may dip; of nothing where it is not known."""
     return (WHAT.index(test.what) if test.what else -1, *test[1:])

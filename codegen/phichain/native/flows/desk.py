@@ -17,7 +17,7 @@ ASKED: Final = 1024
 """Evaluations that are told."""
 WATCHED: Final = 24
 """Test functions of a run."""
-ROWS: Final = 32
+ROWS: Final = 64
 """Orbits of one call of a run."""
 TRIES: Final = 16
 """Orbits on the way to a zero."""

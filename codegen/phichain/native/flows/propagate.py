@@ -59,6 +59,7 @@ def make_propagate(
     call = flow_call("propagate", chain, parameters, function)
     most = columns_at_most(chain)
     is_variational, is_forced, frames = bool(chain.variational), has_forcing(chain), Frames(call)
+    bounds: list[Bound] = []  # of brake orbits that nobody has any more, where no parameters make them different
     bounded, go.restype = struct_type(bound_struct(chain), chain), SCALAR[call.kind.name]
 
     def propagate(
@@ -145,8 +146,16 @@ def make_propagate(
 
     def brake(scale: ArrayLike, tol: float, rough: float, max_steps: int, p: Mapping[str, Any] | None = None) -> Brake:
         assert braking is not None
-        bound = partial(bind, tol, columns=2 * chain.links, max_steps=max_steps, p=deepcopy(p))
-        return Brake(braking, bound, (chain.nq, chain.links), np.asarray(scale, float), tol, rough, max_steps)
+        problem = (chain.nq, chain.links), np.asarray(scale, float), tol, rough, max_steps
+        if p is None:
+            return Brake(braking, idle, *problem, bounds.append)
+        return Brake(braking, partial(bind, tol, columns=2 * chain.links, p=deepcopy(p)), *problem)
+
+    def idle() -> Bound:
+        try:
+            return bounds.pop()
+        except IndexError:
+            return bind(1.0, columns=2 * chain.links)
 
     vars(propagate)["bind"] = bind
     if braking is not None:

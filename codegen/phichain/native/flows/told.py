@@ -12,6 +12,8 @@ Fields = Mapping[str, tuple[int, int, Shape]]
 _NUMBERS: Final = len(Numbers._fields)
 _HEAD: Final = 2
 """Numbers of a row before its test functions."""
+_FIRST: Final = _HEAD + WATCHED
+"""Numbers of a row before its orbit."""
 _NAMED: Final = 4
 """Numbers of an event before its place."""
 
@@ -22,9 +24,11 @@ class Found:
     __slots__ = ("_fields", "_row", "numbers")
 
     def __init__(self, row: Array, fields: Fields, numbers: Numbers | None = None) -> None:
-        """Take what C told, its numbers where somebody has read them already."""
-        row.flags.writeable = False
-        self._row, self._fields, self.numbers = row, fields, numbers or Numbers(*row[:_NUMBERS].tolist())
+        """Take what C told; its numbers, too, where somebody has read them already, and nobody can write to the row."""
+        if numbers is None:
+            row.flags.writeable = False
+            numbers = Numbers._make(row[:_NUMBERS].tolist())
+        self._row, self._fields, self.numbers = row, fields, numbers
 
     def array(self, name: str) -> Array:
         """An array."""
@@ -42,21 +46,39 @@ class Ahead(NamedTuple):
     changed: float
 
 
-class Reached(NamedTuple):
-    """An orbit of a run: what is told of it, where it is, the step to try behind it, and the test functions there."""
+class Reached:
+    """The orbits of a run, or those on the way to a zero, one after the other: what C told in some rows, taken apart all at once."""
 
-    found: Found
-    arclength: float
-    step: float
-    values: tuple[float, ...]
+    __slots__ = ("_fields", "_rows", "_tests")
 
-    @classmethod
-    def all_of(cls, rows: Array, fields: Fields, tests: int) -> list[Reached]:
-        """What C told in some rows, with so many test functions."""
-        first = _HEAD + WATCHED
-        heads, numbers = rows[:, : _HEAD + tests].tolist(), rows[:, first : first + _NUMBERS].tolist()
-        told = zip(rows[:, first:], numbers, heads, strict=True)
-        return [cls(Found(row, fields, Numbers._make(own)), head[0], head[1], tuple(head[_HEAD:])) for row, own, head in told]
+    def __init__(self, rows: Array, fields: Fields, tests: int) -> None:
+        """Take the rows, with so many test functions."""
+        rows.flags.writeable = False
+        self._rows, self._fields, self._tests = rows, fields, tests
+
+    def __len__(self) -> int:
+        return len(self._rows)
+
+    def __getitem__(self, some: slice) -> Reached:
+        """Some of them, in order."""
+        return Reached(self._rows[some], self._fields, self._tests)
+
+    @property
+    def found(self) -> list[Found]:
+        """What is told of each."""
+        told = self._rows[:, _FIRST:]
+        return [Found(row, self._fields, Numbers._make(own)) for row, own in zip(told, told[:, :_NUMBERS].tolist(), strict=True)]
+
+    @property
+    def heads(self) -> list[list[float]]:
+        """Of each: where it is, the step to try behind it, and the test functions there."""
+        heads: list[list[float]] = self._rows[:, : _HEAD + self._tests].tolist()
+        return heads
+
+    def array(self, name: str) -> Array:
+        """An array of each (m, ...)."""
+        begin, end, shape = self._fields[name]
+        return self._rows[:, _FIRST + begin : _FIRST + end].reshape(-1, *shape)
 
 
 class Event(NamedTuple):
@@ -89,7 +111,7 @@ class Run(NamedTuple):
         is_doubtful: Whether more zeros than signs show may lie before the last orbit but one.
     """
 
-    rows: list[Reached]
+    rows: Reached
     events: list[Event]
     stopped: str
     tried: float
@@ -106,7 +128,7 @@ class Zero(NamedTuple):
         place: Arclength of the zero.
     """
 
-    rows: list[Reached]
+    rows: Reached
     at: int
     other: int
     place: float

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import math
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import fields
+from itertools import repeat
 from typing import Any, Final
 
 import numpy as np
@@ -60,6 +61,8 @@ class BrakeMap(QuarterMap):
 
 _ARRAYS: Final = frozenset(item.name for item in fields(QuarterMap))
 _SEVERAL: Final = 2
+_VALUES: Final = 2
+"""Numbers of a row's head before its test functions."""
 
 
 class _Own(threading.local):
@@ -131,7 +134,10 @@ class Braking:
         met: dict[int, list[Met]] = {}
         for event in found.events:
             met.setdefault(event.before, []).append(Met(event.which, event.y, event.arclength, event.left, _kappa(event.folded)))
-        steps = [Step(_placed(row), row.step, row.values if row.found.numbers.is_told > 0 else None, met.get(k, ())) for k, row in enumerate(found.rows)]
+        steps = [
+            Step(told, head[1], tuple(head[_VALUES:]) if told["extra"].is_told else None, met.get(k, ()))
+            for k, (told, head) in enumerate(zip(_placed(found.rows), found.rows.heads, strict=True))
+        ]  # fmt: skip
         return Ran(steps, found.stopped, found.tried, found.is_doubtful)
 
     def zero(
@@ -141,7 +147,10 @@ class Braking:
         """See `Compiled`."""
         newton = options.tol, options.trust, options.max_iterations
         found = self._brake.zero(line, values, beyond, test, newton, near, shape)
-        return None if found is None else ([(_placed(row), row.values[0], row.step > 0) for row in found.rows], *found[1:])
+        if found is None:
+            return None
+        rows = zip(_placed(found.rows), found.rows.heads, strict=True)
+        return [(told, head[_VALUES], head[1] > 0) for told, head in rows], *found[1:]
 
     def places(self, line: Sequence[tuple[float, Vector, Vector]], at: Vector, options: Options) -> Vector | None:
         """See `Compiled`."""
@@ -169,9 +178,17 @@ class _BrakeExtra(LateExtra):
 
     _told: Any
 
-    def __init__(self, told: Any) -> None:
-        """Keep what C told."""
+    def __init__(self, told: Any, multipliers: Multipliers | None = None) -> None:
+        """Keep what C told, with multipliers where somebody has made them already."""
         self.__dict__["_told"] = told
+        if multipliers is not None and self.is_told:
+            self.__dict__["multipliers"] = multipliers
+
+    @property
+    def is_told(self) -> bool:
+        """Whether the place has multipliers and a quarter map."""
+        is_told: bool = self._told.numbers.is_told > 0
+        return is_told
 
     @property
     def error(self) -> float:
@@ -185,7 +202,7 @@ class _BrakeExtra(LateExtra):
         Raises:
             LinAlgError: The place has none of them.
         """
-        if not self._told.numbers.is_told > 0:
+        if not self.is_told:
             raise np.linalg.LinAlgError("matrix is not positive definite")
         return {name: _kappa(self._told.array("folded")) if name == "multipliers" else BrakeMap(self._told)}
 
@@ -198,12 +215,30 @@ def _kappa(folded: Vector) -> Multipliers:
     return kappa
 
 
-def _placed(row: Any) -> Told:
-    """The fields of a point that a run reached."""
-    told = _told(row.found)
-    del told["converged"]
-    told["arclength"], told["iterations"] = row.arclength, len(told["corrections"])
-    return told
+def _placed(rows: Any) -> list[Told]:
+    """The fields of the points that a run reached, all at once."""
+    arrays = (rows.array(name) for name in ("y", "tangent", "jacobian", "corrections"))
+    reached: list[Told] = []
+    for found, (arclength, *_), kappa, y, tangent, jacobian, corrections in zip(rows.found, rows.heads, _few(rows), *arrays, strict=True):
+        numbers = found.numbers
+        count = int(numbers.taken)
+        reached.append({
+            "y": y, "tangent": tangent, "jacobian": jacobian, "residual": numbers.relative if numbers.converged > 0 else math.inf,
+            "corrections": tuple(corrections[:count].tolist()), "sigma": numbers.sigma, "is_settled": numbers.is_whole > 0,
+            "extra": _BrakeExtra(found, kappa), "energy": numbers.energy, "arclength": arclength, "iterations": count,
+        })  # fmt: skip
+    return reached
+
+
+def _few(rows: Any) -> Iterable[Multipliers | None]:
+    """The multipliers of some orbits, where each has one at most."""
+    folded = rows.array("folded")
+    inner = math.isqrt(folded.shape[1]) - 1
+    if inner >= _SEVERAL:
+        return repeat(None, len(rows))
+    kappa = (1 - 2 * folded[:, :inner]).astype(complex)
+    kappa.flags.writeable = False
+    return kappa
 
 
 def _told(found: Any) -> Told:
