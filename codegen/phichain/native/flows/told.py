@@ -23,12 +23,10 @@ class Found:
 
     __slots__ = ("_fields", "_row", "numbers")
 
-    def __init__(self, row: Array, fields: Fields, numbers: Numbers | None = None) -> None:
-        """Take what C told; its numbers, too, where somebody has read them already, and nobody can write to the row."""
-        if numbers is None:
-            row.flags.writeable = False
-            numbers = Numbers._make(row[:_NUMBERS].tolist())
-        self._row, self._fields, self.numbers = row, fields, numbers
+    def __init__(self, row: Array, fields: Fields) -> None:
+        """Take what C told."""
+        row.flags.writeable = False
+        self._row, self._fields, self.numbers = row, fields, Numbers._make(row[:_NUMBERS].tolist())
 
     def array(self, name: str) -> Array:
         """An array."""
@@ -63,11 +61,18 @@ class Reached:
         """Some of them, in order."""
         return Reached(self._rows[some], self._fields, self._tests)
 
+    def found(self, place: int) -> Found:
+        """What is told of one of them."""
+        return Found(self._rows[place, _FIRST:], self._fields)
+
+    def number(self, name: str) -> Array:
+        """A number of each (m,)."""
+        return self._rows[:, _FIRST + Numbers._fields.index(name)]
+
     @property
-    def found(self) -> list[Found]:
-        """What is told of each."""
-        told = self._rows[:, _FIRST:]
-        return [Found(row, self._fields, Numbers._make(own)) for row, own in zip(told, told[:, :_NUMBERS].tolist(), strict=True)]
+    def arclengths(self) -> Array:
+        """Where each is (m,)."""
+        return self._rows[:, 0]
 
     @property
     def heads(self) -> list[list[float]]:

@@ -8,14 +8,14 @@ from __future__ import annotations
 
 import math
 import threading
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import fields
-from itertools import repeat
 from typing import Any, Final
 
 import numpy as np
 
 from phichain.continuation import Evaluation, Options, Point
+from phichain.continuation.compiled.block import BlockPoint
 from phichain.continuation.compiled.protocol import Met, Ran, Seen, Step, Stepped, Told, Watch
 from phichain.continuation.linear import eigenvalues
 from phichain.continuation.problem import LateExtra, Multipliers
@@ -61,6 +61,8 @@ class BrakeMap(QuarterMap):
 
 _ARRAYS: Final = frozenset(item.name for item in fields(QuarterMap))
 _SEVERAL: Final = 2
+_NUMBERS: Final = {"residual": "relative", "iterations": "taken", "energy": "energy", "error": "error"}
+"""Fields of points, and the error of omega, that are numbers of their rows; of a run every row is one that Newton got to."""
 _VALUES: Final = 2
 """Numbers of a row's head before its test functions."""
 
@@ -134,9 +136,10 @@ class Braking:
         met: dict[int, list[Met]] = {}
         for event in found.events:
             met.setdefault(event.before, []).append(Met(event.which, event.y, event.arclength, event.left, _kappa(event.folded)))
+        block, known = _Rows(found.rows), (found.rows.number("is_told") > 0).tolist()
         steps = [
-            Step(told, head[1], tuple(head[_VALUES:]) if told["extra"].is_told else None, met.get(k, ()))
-            for k, (told, head) in enumerate(zip(_placed(found.rows), found.rows.heads, strict=True))
+            Step(BlockPoint.of(block, k), head[1], tuple(head[_VALUES:]) if known[k] else None, met.get(k, ()))
+            for k, head in enumerate(found.rows.heads)
         ]  # fmt: skip
         return Ran(steps, found.stopped, found.tried, found.is_doubtful)
 
@@ -149,8 +152,8 @@ class Braking:
         found = self._brake.zero(line, values, beyond, test, newton, near, shape)
         if found is None:
             return None
-        rows = zip(_placed(found.rows), found.rows.heads, strict=True)
-        return [(told, head[_VALUES], head[1] > 0) for told, head in rows], *found[1:]
+        rows = _Rows(found.rows)
+        return [(rows.fields(k), head[_VALUES], head[1] > 0) for k, head in enumerate(found.rows.heads)], *found[1:]
 
     def places(self, line: Sequence[tuple[float, Vector, Vector]], at: Vector, options: Options) -> Vector | None:
         """See `Compiled`."""
@@ -178,17 +181,9 @@ class _BrakeExtra(LateExtra):
 
     _told: Any
 
-    def __init__(self, told: Any, multipliers: Multipliers | None = None) -> None:
-        """Keep what C told, with multipliers where somebody has made them already."""
+    def __init__(self, told: Any) -> None:
+        """Keep what C told."""
         self.__dict__["_told"] = told
-        if multipliers is not None and self.is_told:
-            self.__dict__["multipliers"] = multipliers
-
-    @property
-    def is_told(self) -> bool:
-        """Whether the place has multipliers and a quarter map."""
-        is_told: bool = self._told.numbers.is_told > 0
-        return is_told
 
     @property
     def error(self) -> float:
@@ -202,7 +197,7 @@ class _BrakeExtra(LateExtra):
         Raises:
             LinAlgError: The place has none of them.
         """
-        if not self.is_told:
+        if not self._told.numbers.is_told > 0:
             raise np.linalg.LinAlgError("matrix is not positive definite")
         return {name: _kappa(self._told.array("folded")) if name == "multipliers" else BrakeMap(self._told)}
 
@@ -215,30 +210,36 @@ def _kappa(folded: Vector) -> Multipliers:
     return kappa
 
 
-def _placed(rows: Any) -> list[Told]:
-    """The fields of the points that a run reached, all at once."""
-    arrays = (rows.array(name) for name in ("y", "tangent", "jacobian", "corrections"))
-    reached: list[Told] = []
-    for found, (arclength, *_), kappa, y, tangent, jacobian, corrections in zip(rows.found, rows.heads, _few(rows), *arrays, strict=True):
-        numbers = found.numbers
-        count = int(numbers.taken)
-        reached.append({
-            "y": y, "tangent": tangent, "jacobian": jacobian, "residual": numbers.relative if numbers.converged > 0 else math.inf,
-            "corrections": tuple(corrections[:count].tolist()), "sigma": numbers.sigma, "is_settled": numbers.is_whole > 0,
-            "extra": _BrakeExtra(found, kappa), "energy": numbers.energy, "arclength": arclength, "iterations": count,
-        })  # fmt: skip
-    return reached
+class _Rows:
+    """Orbits that C told in rows, as a block of points (`continuation.compiled.block.Block`)."""
 
+    def __init__(self, rows: Any) -> None:
+        """Take the rows."""
+        self._rows = rows
 
-def _few(rows: Any) -> Iterable[Multipliers | None]:
-    """The multipliers of some orbits, where each has one at most."""
-    folded = rows.array("folded")
-    inner = math.isqrt(folded.shape[1]) - 1
-    if inner >= _SEVERAL:
-        return repeat(None, len(rows))
-    kappa = (1 - 2 * folded[:, :inner]).astype(complex)
-    kappa.flags.writeable = False
-    return kappa
+    def fields(self, place: int) -> dict[str, Any]:
+        """See `Block`."""
+        told = _told(self._rows.found(place))
+        del told["converged"]
+        return told | {"arclength": float(self._rows.arclengths[place]), "iterations": len(told["corrections"])}
+
+    def column(self, name: str) -> np.ndarray | None:
+        """See `Block`."""
+        rows = self._rows
+        if name in ("y", "tangent"):
+            array: Vector = rows.array(name)
+            return array
+        if name in _NUMBERS:
+            number: Vector = rows.number(_NUMBERS[name])
+            return number.astype(int) if name == "iterations" else number
+        return rows.arclengths if name == "arclength" else self._multipliers() if name == "multipliers" else None
+
+    def _multipliers(self) -> Multipliers | None:
+        """Those of all orbits where each has one at most; the others are each a matrix's own."""
+        folded = self._rows.array("folded")
+        inner = math.isqrt(folded.shape[1]) - 1
+        is_each = inner >= _SEVERAL or not (self._rows.number("is_told") > 0).all()
+        return None if is_each else (1 - 2 * folded[:, :inner]).astype(complex)
 
 
 def _told(found: Any) -> Told:
