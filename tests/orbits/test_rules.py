@@ -113,7 +113,8 @@ def test_no_pair_of_zeros_is_passed_over_and_few_steps_are_looked_at_in_vain(rul
         inside = wave(np.linspace(places[-3], places[-2], 400))
         if inside[0] * inside[-1] <= 0:
             continue
-        is_told = may_dip(rules, places, *((integral, wave) if component else (wave, change)), component)
+        f, slope = (integral, wave) if component else (wave, change)
+        is_told = may_dip(rules, places, f, slope, component)
         has_pair = bool(np.any(inside * inside[0] < 0))
         pairs, missed = pairs + has_pair, missed + (has_pair and not is_told)
         clear, looked = clear + (not has_pair), looked + (is_told and not has_pair)

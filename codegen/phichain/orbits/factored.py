@@ -149,4 +149,4 @@ def factored_modes(system: System, p: Parameters | None = None) -> tuple[Vector,
     moving = np.arange(links)[::-1]
     places = turned @ right[:, moving] / roots[:, None]
     phi = angles @ places
-    return omega[moving], np.concatenate([places[:carts], scene_angles(system, phi)])
+    return omega[moving], np.concatenate([places[:carts], np.ascontiguousarray(scene_angles(system, phi.T).T)])
