@@ -32,5 +32,6 @@ void phi_energy(const phi_real *q, const phi_real *v, phi_real *kinetic, phi_rea
 #include "orbits/newton.c"
 #include "orbits/run.c"
 #include "orbits/zero.c"
+#include "orbits/dips.c"
 #include "orbits/met.c"
 #include "orbits/calls.c"

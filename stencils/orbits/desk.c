@@ -7,7 +7,7 @@ enum {
     DESK_CORRECTIONS = 16,  /* that are told */
     DESK_ASKED = 1024,      /* evaluations that are told */
     DESK_WATCHED = 24,      /* test functions */
-    DESK_ROWS = 32,         /* orbits of one call */
+    DESK_ROWS = 64,         /* orbits of one call */
     DESK_TRIES = 16,        /* orbits on the way to a zero */
     DESK_EVENTS = 24,       /* zeros of one call */
     DESK_ZEROS = 16,        /* zeros of one step */

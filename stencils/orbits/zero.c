@@ -9,12 +9,13 @@
 #define ZERO_APART 1e-6       /* distances of two orbits from which on what rough columns leave is nothing beside how a function changes */
 #define ZERO_NEAR 3           /* orbits on either side of a place that it is guessed from */
 #define ZERO_MOST (2 + DESK_TRIES + DESK_OUTSIDE)
+enum { ZERO_FIRST = -2, ZERO_END }; /* the ends of the line, where orbits are counted */
 
 typedef struct zero_pair {
     phi_real place, value;
 } zero_pair;
 
-/* Which try is the zero's, which one is nearest to it, or -2, -1 for the ends of the line, and where the zero is. */
+/* Which try is the zero's, which one is nearest to it, or which end, and where the zero is. */
 typedef struct zero_told {
     int at, other;
     phi_real place;
@@ -293,7 +294,7 @@ static int zero_between(CONTEXT const phi_flow *begun, brake_desk *desk, const p
     }
     desk->tried = rows;
     told->place = place;
-    told->at = zero - 2;
-    told->other = other - 2;
+    told->at = zero + ZERO_FIRST;
+    told->other = other + ZERO_FIRST;
     return zero > 1 && zero_settled(PASS begun, desk, &desk->tries[zero - 2], watch);
 }

@@ -50,6 +50,12 @@ def test_a_run_goes_on_where_another_ended(command: Command, tmp_path: Path) -> 
     assert (tmp_path / "rest.json").read_text() == (tmp_path / "whole.json").read_text()
 
 
+@pytest.mark.parametrize("mode", [0, -1, 2])
+def test_a_mode_that_does_not_exist_is_refused_with_those_that_do(command: Command, mode: int) -> None:
+    answer = command("trace", "planar1", "--mode", mode)
+    assert answer.code == 2 and answer.err.count("\n") == 1 and "this chain has the modes 1 .. 1" in answer.err and "Usage" not in answer.err
+
+
 def test_a_target_never_reached_is_no_failure(command: Command) -> None:
     answer = command("trace", "planar1", "--until", "omega=9", "--max-points", 10)
     assert answer.code == 0 and "omega = 9.0 was not reached" in answer.out

@@ -185,7 +185,7 @@ def test_threads_share_a_problem() -> None:
         rooms.append(room(problem))
 
     def room(of: Problem) -> int:
-        return ctypes.cast(of.compiled._brake._bound._frame.flow.work, ctypes.c_void_p).value
+        return ctypes.cast(of.compiled._brake._table.bound._frame.flow.work, ctypes.c_void_p).value
 
     other = Thread(target=of_another)
     other.start()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -110,8 +111,10 @@ def test_gaps_survive_files(tmp_path: Path) -> None:
 def test_what_cannot_be_gone_on_with_is_refused(whole: Branch, tmp_path: Path) -> None:
     path = whole.to_json(tmp_path / "family.json")
     text = path.read_text()
-    with pytest.raises(ArrayError, match="digest"):
+    with pytest.raises(ArrayError, match="digest.*of the scene differ its name shot2 there, shot1 here; its coordinates theta_1 and theta_2 there, theta_1 here"):
         trace(uniform(1), resume=path)
+    with pytest.raises(ArrayError, match="the scene has that name, but other numbers"):
+        trace(replace(uniform(2), digest="another"), resume=path)
     with pytest.raises(ArrayError, match="mode"):
         trace(uniform(2), 2, resume=path)
     with pytest.raises(ArrayError, match="method"):

@@ -16,9 +16,10 @@ from phichain.orbits.modes import _of_jacobian
 from phichain.pipeline import build
 from phichain.scene import Scene
 from phichain.system import System
-from phichain.system.angles import scene_angles
+from phichain.system.angles import absolute_angles, scene_angles
 from phichain.system.described import Joints, Numbers
 from tests.handmade import coefficients
+from tests.orbits.shot import uniform
 
 WANT = ("phi", "phi_jacobian")
 
@@ -191,3 +192,12 @@ def test_a_chain_without_families_is_told_why(keys: dict[str, Any], words: str) 
     system = build(Scene("without_families", 2, mass=1.0, length=[1.0, 0.5], want=["forward_dynamics"], **keys))
     with pytest.raises(UnsupportedError, match=words.replace("bends", "bend")):
         linear_modes(system)
+
+
+@pytest.mark.parametrize("angles", ["absolute", "relative", "adjacent"])
+def test_angles_of_the_scene_are_those_of_each_row(angles: str) -> None:
+    """Many chains' angles at once, as one by one, and back."""
+    system, phi = replace(uniform(3), angles=angles), np.random.default_rng(3).normal(size=(5, 3))
+    theta = scene_angles(system, phi)
+    assert absolute_angles(system, theta) == pytest.approx(phi, abs=1e-14)
+    assert all(np.array_equal(row, scene_angles(system, own)) for row, own in zip(theta, phi, strict=True))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from phichain.continuation.linear import null_vector
 from phichain.continuation.problem import Extra, Multipliers, Problem, relative_residual
@@ -37,9 +37,10 @@ class Point(Held):
     iterations: int
     corrections: tuple[float, ...]
     extra: Extra
-    sigma: float | None = None
-    is_settled: bool = True
-    energy: float = math.nan
+    # By factories, so that the class itself has none of them: a point that waits to be asked (`block.BlockPoint`) hears of all.
+    sigma: float | None = field(default_factory=lambda: None)
+    is_settled: bool = field(default_factory=lambda: True)
+    energy: float = field(default_factory=lambda: math.nan)
 
     @property
     def multipliers(self) -> Multipliers:

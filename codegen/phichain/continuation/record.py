@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
 
 from phichain.continuation.branch import Branch
+from phichain.continuation.compiled.block import Columns
 from phichain.continuation.met.specials import Passage, Special
 from phichain.continuation.point import Point, point_at
 from phichain.continuation.problem import Multipliers, Problem
@@ -42,22 +44,27 @@ def record(
         step: The step to try next.
         tol: Newton's tolerance.
     """
-    unknowns = np.array([point.y for point in points]) * problem.sizes
+    columns = Columns(points)
+
+    def column(name: str) -> Vector:
+        return columns.of(name, attrgetter(name))
+
+    unknowns = column("y") * problem.sizes
     return Branch(
         name=name,
         names=problem.names,
         points=unknowns,
-        arclength=np.array([point.arclength for point in points]),
-        tangent=np.array([point.tangent for point in points]) * problem.sizes,
-        residual=np.array([point.residual for point in points]),
-        iterations=np.array([point.iterations for point in points]),
+        arclength=column("arclength"),
+        tangent=column("tangent") * problem.sizes,
+        residual=column("residual"),
+        iterations=column("iterations"),
         scale=problem.sizes,
-        energy=None if problem.energy is None else np.array([_energy(problem.energy, point, z) for point, z in zip(points, unknowns, strict=True)]),
-        multipliers=_together([point.multipliers for point in points]),
+        energy=None if problem.energy is None else _energies(problem.energy, column("energy"), unknowns),
+        multipliers=_together(columns, points),
         events=tuple(specials),
         status=ended[0],
         reason=ended[1],
-        error=None if problem.error is None else np.array([problem.error(point) for point in points]),
+        error=None if problem.error is None else columns.of("error", problem.error),
         passages=tuple(passages),
         regular=regular,
         step=step,
@@ -65,23 +72,26 @@ def record(
     )
 
 
-def _energy(of: Callable[[Vector], float], point: Point, z: Vector) -> float:
-    """The recorded scalar of a point."""
-    return of(z) if math.isnan(point.energy) else point.energy
+def _energies(of: Callable[[Vector], float], known: Vector, unknowns: Vector) -> Vector:
+    """The recorded scalar of all points, as far as it is not known with them."""
+    if not np.isnan(known).any():
+        return known
+    return np.array([of(z) if math.isnan(own) else own for own, z in zip(known.tolist(), unknowns, strict=True)])
 
 
-def _together(multipliers: Sequence[Multipliers]) -> Multipliers:
+def _together(columns: Columns, points: Sequence[Point]) -> Multipliers:
     """The multipliers of all points (m, k).
 
     Raises:
         ArrayError: Not every point has as many.
     """
-    counts = sorted({len(own) for own in multipliers})
-    if len(counts) > 1:
+    try:
+        return columns.of("multipliers", attrgetter("multipliers"))
+    except ValueError:
+        counts = sorted({len(point.multipliers) for point in points})
         raise ArrayError(
             "extra.multipliers", counts, "their number changes along the branch", "give as many at every point"
-        )
-    return np.array(multipliers)
+        ) from None
 
 
 def demand_unknowns(problem: Problem, branch: Branch) -> None:

@@ -61,8 +61,8 @@ def traversals(system: System, p: Parameters | None, z: Vector) -> int:
     found = system.propagate(
         start, np.zeros(system.nv), 0.0, period / counts[-1], EPS, times=period / counts, **system.parameters(p)
     )
-    size = np.max(np.abs(start))
-    gap = np.max(np.abs(found.q_at - start), axis=1) + np.max(np.abs(found.v_at), axis=1) * period / (2 * np.pi * counts)
+    size = np.abs(start).max()
+    gap = np.abs(found.q_at - start).max(axis=1) + np.abs(found.v_at).max(axis=1) * period / (2 * np.pi * counts)
     back = counts[gap < _CLOSE * size]
     return int(back[0]) if back.size else 1
 

@@ -70,24 +70,27 @@ class Chain(Held):
     def of(cls, system: System, p: Parameters | None) -> Chain | None:
         """The chain of a planar system; None where its numbers are not known, or it does not hang stably."""
         # A number that is not known is none, and no comparison below holds for it.
-        mass, length, gravity = (system.number(name, p, np.nan) for name in ("mass", "length", "gravity"))
-        com, spring = system.number("com", p, np.nan), system.number("stiffness", p, 0.0)
-        cart = np.array([system.number("cart_mass", p, np.nan)] if system.cart_size else [])
-        mass, length, com, spring = (np.broadcast_to(part, system.links) for part in (mass, length, com, spring))
+        given = np.empty((6, system.links))
+        missing = np.nan if system.joints.armature is not None else 0.0, np.nan if system.numbers.inertia is not None else 0.0
+        named = zip(("mass", "length", "com", "stiffness", "armature", "inertia"), (np.nan, np.nan, np.nan, 0.0, *missing), strict=True)
+        for row, (name, default) in zip(given, named, strict=True):
+            row[:] = system.number(name, p, default)
+        mass, length, com, spring, rotor, inertia = given
+        gravity, cart = system.number("gravity", p, np.nan), np.array([system.number("cart_mass", p, np.nan)] if system.cart_size else [])
         com = np.where(np.isnan(com), length, com)
-        beyond = np.append(np.cumsum(mass[:0:-1])[::-1], 0.0)
+        beyond = np.zeros_like(mass)
+        beyond[:-1] = mass[:0:-1].cumsum()[::-1]
         weight = gravity * (mass * com + length * beyond)
-        rotor = np.broadcast_to(system.number("armature", p, 0.0 if system.joints.armature is None else np.nan), system.links)
-        inertia = np.broadcast_to(system.number("inertia", p, 0.0 if system.numbers.inertia is None else np.nan), system.links)
-        held = np.all(weight > 0) or np.all(spring > 0)
-        if not (held and np.all(rotor >= 0) and np.all(weight >= 0) and np.all(spring >= 0) and np.all(inertia >= 0)):
+        held = (weight > 0).all() or (spring > 0).all()
+        if not (held and (weight >= 0).all() and (given[3:] >= 0).all()):
             return None
         with np.errstate(divide="ignore", invalid="ignore"):
             short = (com - length) / com
-        if np.any(inertia != 0):
+        if inertia.any():
             mass, com, short, left = _points(mass, length, com, inertia)
             cart = cart + left
-        if not all(np.all((values > 0) & np.isfinite(values)) for values in (mass, length, com, cart)):
+        sizes = np.concatenate([mass, length, com, cart])
+        if not ((sizes > 0) & np.isfinite(sizes)).all():
             return None
         return cls(mass, length, com, short, cart, weight, spring, rotor)
 
@@ -130,13 +133,14 @@ def factored_modes(system: System, p: Parameters | None = None) -> tuple[Vector,
         return None
     carts, links = len(chain.cart), len(chain.mass)
     angles, roots = chain.angles(), np.sqrt(np.concatenate([chain.cart, chain.mass]))
-    bends = np.diff(angles, axis=0, prepend=0.0)
-    rows = np.vstack([np.sqrt(chain.weight)[:, None] * angles, np.sqrt(chain.spring)[:, None] * bends])
+    bends = angles.copy()
+    bends[1:] -= angles[:-1]
+    rows = np.concatenate([np.sqrt(chain.weight)[:, None] * angles, np.sqrt(chain.spring)[:, None] * bends])
     rows, turned = rows / roots, np.eye(len(roots))
-    if np.any(chain.rotor):
+    if chain.rotor.any():
         triangle = np.linalg.qr(np.vstack([turned, np.sqrt(chain.rotor)[:, None] * bends / roots]), mode="r")
         rows, turned = (solve_triangular(triangle, part.T, trans="T").T for part in (rows, turned))
-    falling = np.argsort(-np.max(np.abs(rows), axis=1), kind="stable")
+    falling = (-np.abs(rows).max(axis=1)).argsort(kind="stable")
     scaled, _, right, scale, _, failed = dgejsv(np.asfortranarray(rows[falling]), joba=_SCALED)
     if failed:
         return None
@@ -145,5 +149,4 @@ def factored_modes(system: System, p: Parameters | None = None) -> tuple[Vector,
     moving = np.arange(links)[::-1]
     places = turned @ right[:, moving] / roots[:, None]
     phi = angles @ places
-    own = np.column_stack([scene_angles(system, column) for column in phi.T])
-    return omega[moving], np.vstack([places[:carts], own])
+    return omega[moving], np.concatenate([places[:carts], np.ascontiguousarray(scene_angles(system, phi.T).T)])

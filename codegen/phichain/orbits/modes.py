@@ -125,6 +125,7 @@ def _of_jacobian(system: System, slope: Callable[..., Any], parameters: dict[str
 
 def _normalised(system: System, vectors: Vector) -> Vector:
     angles = vectors[system.cart_size :]
-    largest = np.max(np.abs(angles), axis=0)
-    first = np.argmax(np.abs(angles) > 1e-6 * largest, axis=0)
+    sizes = np.abs(angles)
+    largest = sizes.max(axis=0)
+    first = (sizes > 1e-6 * largest).argmax(axis=0)
     return vectors / largest * np.sign(angles[first, np.arange(angles.shape[1])])

@@ -51,9 +51,21 @@ def demand_same(system: System, earlier: Shown, facts: Iterable[tuple[str, Any, 
     for field, own, wanted in facts:
         if own != wanted:
             raise ArrayError(
-                "resume", own, f"is the {field} of that {of}, and {wanted!r} is wanted here", f"resume it with the {kinds} that it was {made} with",
+                "resume", own, f"is the {field} of that {of}, and {wanted!r} is wanted here{_differing(system, earlier) if field == 'digest' else ''}", f"resume it with the {kinds} that it was {made} with",
             )  # fmt: skip
     demand_same_values("resume", system, earlier, p)
+
+
+def _differing(system: System, earlier: Shown) -> str:
+    """What is different about the scene of a family or a response, as far as that says: its name, its coordinates, its runtime parameters, or else what it does not keep."""
+    is_rest = isinstance(earlier, Branch) and earlier.closing == "quarter" and system.q_names
+    coordinates = tuple(earlier.names[:-1]) if is_rest and isinstance(earlier, Branch) else system.q_names
+    pairs = (
+        ("name", (getattr(earlier, "scene", "") or system.name,), (system.name,)), ("coordinates", coordinates, system.q_names),
+        ("runtime parameters", tuple(sorted(earlier.p)), tuple(sorted(system.params or {}))),
+    )  # fmt: skip
+    said = [f"its {what} {' and '.join(own) or 'none'} there, {' and '.join(here) or 'none'} here" for what, own, here in pairs if own != here]
+    return f": of the scene differ {'; '.join(said)}" if said else ": the scene has that name, but other numbers, functions or options"
 
 
 def demand_same_values(field: str, system: System, branch: Shown, p: Parameters | None) -> None:

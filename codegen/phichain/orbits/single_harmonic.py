@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 
@@ -82,8 +83,11 @@ def energy_of_amplitude(system: System, p: Parameters | None = None) -> Callable
     def potential(q: Vector) -> float:
         return float(system.energy(q, still, **parameters)[1])
 
-    bottom = potential(np.zeros(system.nq))
-    return lambda z: potential(np.asarray(z[:-1])) - bottom
+    @cache
+    def bottom() -> float:
+        return potential(np.zeros(system.nq))
+
+    return lambda z: potential(np.asarray(z[:-1])) - bottom()
 
 
 START = 1e-3

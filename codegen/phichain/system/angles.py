@@ -20,12 +20,13 @@ def absolute_angles(system: System, q: Vector) -> Vector:
 
 
 def scene_angles(system: System, phi: Vector) -> Vector:
-    """theta (N,) from the angles phi (N,) of the links from the hanging vertical, rad."""
+    """theta (..., N) from the angles phi (..., N) of the links from the hanging vertical, rad."""
     if system.angles == "absolute":
         return phi
-    if system.angles == "relative":
-        return np.diff(phi, prepend=0.0)
     theta = phi.copy()
-    for k in range(1, len(phi)):
-        theta[k] -= theta[k - 1]
+    if system.angles == "relative":
+        theta[..., 1:] -= phi[..., :-1]
+        return theta
+    for k in range(1, phi.shape[-1]):
+        theta[..., k] -= theta[..., k - 1]
     return theta

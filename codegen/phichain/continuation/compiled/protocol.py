@@ -92,13 +92,13 @@ class Step(NamedTuple):
     """A step of a run.
 
     Attributes:
-        told: The fields of a `Point`.
+        point: Where it led, a `Point`.
         step: The step to try behind it.
         values: The test functions there; None where it has none.
         met: The zeros before it that the run passed.
     """
 
-    told: Told
+    point: Any
     step: float
     values: tuple[float, ...] | None
     met: Sequence[Met]

@@ -89,7 +89,7 @@ def strides(problem: Problem, behind: Behind, engine: Engine, watch: Sequence[Wa
     seen = Seen(known, [point.arclength for point in behind.points], behind.sigmas, behind.values, behind.zeros)
     while True:
         ran = problem.compiled.run(seen, last.jacobian, step, most, engine.options, (behind.since, behind.start.y, behind.start.tangent), watch)
-        found = [Stride(Point.made(**row.told), row.step, row.values, True, row.met, True) for row in ran.steps]
+        found = [Stride(row.point, row.step, row.values, True, row.met, True) for row in ran.steps]
         if ran.stopped == "sign":
             *kept, doubtful = found
             same = [*behind.points[-len(behind.values) :], *(stride.point for stride in kept)]

@@ -6,17 +6,14 @@ desk of numbers, whose fields `desk` says.
 
 from __future__ import annotations
 
-import ctypes
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
-
-import numpy as np
+from weakref import finalize
 
 from phichain.contract.chain import Chain
 from phichain.errors import ArrayError
-from phichain.native.flows.bound import Bound
 from phichain.native.flows.desk import (
     KNOWN,
     LINE,
@@ -26,14 +23,9 @@ from phichain.native.flows.desk import (
     WHAT,
     ZEROS,
     Array,
-    Desk,
-    desk_fields,
-    event_fields,
-    offsets,
-    orbit_fields,
+    Table,
 )
-from phichain.native.flows.told import Ahead, Event, Fields, Found, Reached, Run, Zero
-from phichain.native.memory.arrays import place
+from phichain.native.flows.told import Ahead, Event, Found, Reached, Run, Zero
 
 
 def has_brake(chain: Chain) -> bool:
@@ -74,37 +66,37 @@ class Brake:
         asked: How many evaluations the last call took, which `desk["asked"]` tells.
     """
 
-    def __init__(self, functions: Braking, bind: Callable[[], Bound], sizes: tuple[int, int], scale: Array, tolerance: float, rough: float, most_steps: int) -> None:
-        """Bind a flow, and take a problem's sizes.
+    def __init__(
+        self, functions: Braking, take: Callable[[], Table], scale: Array, tolerance: float, rough: float, most_steps: int,
+        give: Callable[[Table], None] | None = None,
+    ) -> None:  # fmt: skip
+        """Take a table, and a problem's sizes.
 
         Args:
             functions: The foreign functions.
-            bind: Binds the flow with all columns.
-            sizes: nq and the number of links.
+            take: Makes a table, or finds one that nobody has.
             scale: Sizes of the unknowns (nq + 1,).
             tolerance: Tolerance of the flow.
             rough: The same far from an orbit.
             most_steps: Budget of its steps.
+            give: Takes the table back when nobody has this any more.
         """
-        self._given = functions, bind, sizes, scale, tolerance, rough, most_steps
-        self._bound, self._functions = bind(), functions
-        self._fields, self._event_fields, whole = _places(*sizes)
-        self._memory = np.zeros(max(end for _, end, _ in whole.values()))
-        self.desk: Mapping[str, Array] = Desk(self._memory, whole)
+        self._given = functions, take, scale, tolerance, rough, most_steps, give
+        self._functions, table = functions, take()
+        if give is not None:
+            finalize(self, give, table).atexit = False
+        self._table, self.desk, self._fields, self._event_fields = table, table.desk, table.orbit, table.event
+        table.memory.fill(0)
         self.desk["scale"][:] = scale
         for name, value in (("tolerance", tolerance), ("rough", rough), ("most_steps", most_steps)):
             self.desk[name].fill(value)
-        self._orbit, self._guess, self._normal = self.desk["orbit"], self.desk["guess"], self.desk["normal"]
-        # Row by row: NumPy takes longer to see what a list of pairs holds than C takes for the polynomial through them.
-        self._rows, self._line = ([(row[0], row[1]) for row in self.desk[name]] for name in ("known", "line"))
-        self._before_jacobian, self._before_tangent, self._axis = (self.desk[name] for name in ("before_jacobian", "before_tangent", "axis"))
-        self._newton, self._where, self._ahead, self._stride = (
-            self._memory[whole[first][0] : whole[last][1]]
-            for first, last in (("tol", "most_corrections"), ("count", "place"), ("moved", "changed"), ("step", "since"))
+        self._orbit, self._guess, self._normal, self._before_jacobian, self._before_tangent, self._axis = (
+            self.desk[name] for name in ("orbit", "guess", "normal", "before_jacobian", "before_tangent", "axis")
         )
-        self._near, self._counts = self._memory[whole["line_spacing"][0] : whole["line_regular"][1]], (self.desk["line_count"], self.desk["outside_count"])
-        self._desk = ctypes.c_void_p(place(self._memory))
-        self._arguments = (*self._bound.context, self._desk)
+        self._newton, self._where, self._ahead, self._stride, self._near = table.parts
+        self._rows, self._line = table.rows
+        self._counts = self.desk["line_count"], self.desk["outside_count"]
+        self._desk, self._arguments = table.at, (*table.bound.context, table.at)
 
     def another(self) -> Brake:
         """The same on memory of its own, the flow's included."""
@@ -182,8 +174,7 @@ class Brake:
         self._stride[:] = step, *limits, most, start[0]
         desk["start"][0], desk["start"][1] = start[1:]
         desk["watched"].fill(len(tests))
-        for k, test in enumerate(tests):
-            desk["watch"][k] = _watched(test)
+        desk["watch"][: len(tests)] = [_watched(test) for test in tests]
         desk["seen"].fill(len(seen.values))
         desk["at"][:count], desk["sigmas"][:count] = seen.at, seen.sigmas
         desk["values"][count - len(seen.values) : count, : len(tests)] = seen.values
@@ -257,8 +248,8 @@ class Brake:
         self._counts[0].fill(len(line))
         return True
 
-    def _reached(self, where: str, count: int, tests: int) -> list[Reached]:
-        return Reached.all_of(self.desk[where][:count].copy(), self._fields, tests)
+    def _reached(self, where: str, count: int, tests: int) -> Reached:
+        return Reached(self.desk[where][:count].copy(), self._fields, tests)
 
     def _know(self, known: Sequence[tuple[Array, Array]]) -> None:
         if len(known) > KNOWN:
@@ -283,12 +274,6 @@ class Brake:
 
 
 @lru_cache
-def _places(nq: int, links: int) -> tuple[Fields, Fields, Fields]:
-    """Where the fields of an orbit, of an event and of the desk lie."""
-    orbit, event, desk = (offsets(fields(nq, links)) for fields in (orbit_fields, event_fields, desk_fields))
-    return orbit, event, desk
-
-
 def _watched(test: Any) -> tuple[float, ...]:
     """A test function as C takes it: which of `WHAT`, which one of these, what is taken off, how it may dip; of nothing where it is not known."""
     return (WHAT.index(test.what) if test.what else -1, *test[1:])

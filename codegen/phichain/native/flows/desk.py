@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import ctypes
 from collections.abc import Mapping
+from functools import lru_cache
 from math import prod
 from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+
+from phichain.native.flows.bound import Bound
+from phichain.native.memory.arrays import place
 
 KNOWN: Final = 8
 """Places that a curve is touched at."""
@@ -17,7 +22,7 @@ ASKED: Final = 1024
 """Evaluations that are told."""
 WATCHED: Final = 24
 """Test functions of a run."""
-ROWS: Final = 32
+ROWS: Final = 64
 """Orbits of one call of a run."""
 TRIES: Final = 16
 """Orbits on the way to a zero."""
@@ -118,6 +123,9 @@ def desk_fields(nq: int, links: int) -> dict[str, Shape]:
     }  # fmt: skip
 
 
+_Places = Mapping[str, tuple[int, int, Shape]]
+
+
 class Desk(dict[str, Array]):
     """Views of the fields on some memory, each made when it is first asked for: most calls need few of them."""
 
@@ -139,3 +147,38 @@ def offsets(fields: Mapping[str, Shape]) -> dict[str, tuple[int, int, Shape]]:
         found[name] = (at, at + prod(shape), shape)
         at += prod(shape)
     return found
+
+
+@lru_cache
+def _places(nq: int, links: int) -> tuple[_Places, _Places, _Places]:
+    """Where the fields of an orbit, of an event and of the desk lie."""
+    orbit, event, desk = (offsets(fields(nq, links)) for fields in (orbit_fields, event_fields, desk_fields))
+    return orbit, event, desk
+
+
+class Table:
+    """A flow that is bound, to whatever tolerance and budget, with a desk and its views: what one `Brake` computes on, and the next one when nobody has that any more.
+
+    Attributes:
+        bound: The flow, with all columns.
+        memory: The desk's numbers.
+        desk: Views of them by name.
+        orbit: Where the fields of an orbit lie.
+        event: Where those of an event lie.
+        parts: Views of fields side by side: of Newton's iteration, of a place on a curve, of what a step tells, of a run, of a zero.
+        rows: Views row by row of places known and of a line: NumPy takes longer to see what a list of pairs holds than C takes for the polynomial through them.
+        at: The desk's address.
+    """
+
+    def __init__(self, bound: Bound, nq: int, links: int) -> None:
+        """Lay out a desk for a chain."""
+        self.bound = bound
+        self.orbit, self.event, whole = _places(nq, links)
+        self.memory = np.zeros(max(end for _, end, _ in whole.values()))
+        self.desk: Mapping[str, Array] = Desk(self.memory, whole)
+        self.parts = tuple(self.memory[whole[first][0] : whole[last][1]] for first, last in _PARTS)
+        self.rows = tuple([(row[0], row[1]) for row in self.desk[name]] for name in ("known", "line"))
+        self.at = ctypes.c_void_p(place(self.memory))
+
+
+_PARTS = ("tol", "most_corrections"), ("count", "place"), ("moved", "changed"), ("step", "since"), ("line_spacing", "line_regular")

@@ -20,6 +20,7 @@ from phichain.native.flows.brake import Brake, Braking
 from phichain.native.flows.call import FlowCall, calls, event_argument, flow_call
 from phichain.native.flows.checks import checked_tolerance, demand_alone, finite, forcing_of
 from phichain.native.flows.checks import own as own_copy
+from phichain.native.flows.desk import Table
 from phichain.native.flows.motion import Frame, Frames
 from phichain.native.flows.structs import struct_type
 from phichain.native.memory.arrays import SCALAR, place
@@ -59,6 +60,7 @@ def make_propagate(
     call = flow_call("propagate", chain, parameters, function)
     most = columns_at_most(chain)
     is_variational, is_forced, frames = bool(chain.variational), has_forcing(chain), Frames(call)
+    tables: list[Table] = []  # of brake orbits that nobody has any more, where no parameters make them different
     bounded, go.restype = struct_type(bound_struct(chain), chain), SCALAR[call.kind.name]
 
     def propagate(
@@ -145,8 +147,17 @@ def make_propagate(
 
     def brake(scale: ArrayLike, tol: float, rough: float, max_steps: int, p: Mapping[str, Any] | None = None) -> Brake:
         assert braking is not None
-        bound = partial(bind, tol, columns=2 * chain.links, max_steps=max_steps, p=deepcopy(p))
-        return Brake(braking, bound, (chain.nq, chain.links), np.asarray(scale, float), tol, rough, max_steps)
+        problem = np.asarray(scale, float), tol, rough, max_steps
+        return Brake(braking, idle, *problem, tables.append) if p is None else Brake(braking, partial(table, deepcopy(p)), *problem)
+
+    def table(p: Mapping[str, Any] | None) -> Table:
+        return Table(bind(1.0, columns=2 * chain.links, p=p), chain.nq, chain.links)
+
+    def idle() -> Table:
+        try:
+            return tables.pop()
+        except IndexError:
+            return table(None)
 
     vars(propagate)["bind"] = bind
     if braking is not None:

@@ -12,6 +12,8 @@ Fields = Mapping[str, tuple[int, int, Shape]]
 _NUMBERS: Final = len(Numbers._fields)
 _HEAD: Final = 2
 """Numbers of a row before its test functions."""
+_FIRST: Final = _HEAD + WATCHED
+"""Numbers of a row before its orbit."""
 _NAMED: Final = 4
 """Numbers of an event before its place."""
 
@@ -21,10 +23,10 @@ class Found:
 
     __slots__ = ("_fields", "_row", "numbers")
 
-    def __init__(self, row: Array, fields: Fields, numbers: Numbers | None = None) -> None:
-        """Take what C told, its numbers where somebody has read them already."""
+    def __init__(self, row: Array, fields: Fields) -> None:
+        """Take what C told."""
         row.flags.writeable = False
-        self._row, self._fields, self.numbers = row, fields, numbers or Numbers(*row[:_NUMBERS].tolist())
+        self._row, self._fields, self.numbers = row, fields, Numbers._make(row[:_NUMBERS].tolist())
 
     def array(self, name: str) -> Array:
         """An array."""
@@ -42,21 +44,46 @@ class Ahead(NamedTuple):
     changed: float
 
 
-class Reached(NamedTuple):
-    """An orbit of a run: what is told of it, where it is, the step to try behind it, and the test functions there."""
+class Reached:
+    """The orbits of a run, or those on the way to a zero, one after the other: what C told in some rows, taken apart all at once."""
 
-    found: Found
-    arclength: float
-    step: float
-    values: tuple[float, ...]
+    __slots__ = ("_fields", "_rows", "_tests")
 
-    @classmethod
-    def all_of(cls, rows: Array, fields: Fields, tests: int) -> list[Reached]:
-        """What C told in some rows, with so many test functions."""
-        first = _HEAD + WATCHED
-        heads, numbers = rows[:, : _HEAD + tests].tolist(), rows[:, first : first + _NUMBERS].tolist()
-        told = zip(rows[:, first:], numbers, heads, strict=True)
-        return [cls(Found(row, fields, Numbers._make(own)), head[0], head[1], tuple(head[_HEAD:])) for row, own, head in told]
+    def __init__(self, rows: Array, fields: Fields, tests: int) -> None:
+        """Take the rows, with so many test functions."""
+        rows.flags.writeable = False
+        self._rows, self._fields, self._tests = rows, fields, tests
+
+    def __len__(self) -> int:
+        return len(self._rows)
+
+    def __getitem__(self, some: slice) -> Reached:
+        """Some of them, in order."""
+        return Reached(self._rows[some], self._fields, self._tests)
+
+    def found(self, place: int) -> Found:
+        """What is told of one of them."""
+        return Found(self._rows[place, _FIRST:], self._fields)
+
+    def number(self, name: str) -> Array:
+        """A number of each (m,)."""
+        return self._rows[:, _FIRST + Numbers._fields.index(name)]
+
+    @property
+    def arclengths(self) -> Array:
+        """Where each is (m,)."""
+        return self._rows[:, 0]
+
+    @property
+    def heads(self) -> list[list[float]]:
+        """Of each: where it is, the step to try behind it, and the test functions there."""
+        heads: list[list[float]] = self._rows[:, : _HEAD + self._tests].tolist()
+        return heads
+
+    def array(self, name: str) -> Array:
+        """An array of each (m, ...)."""
+        begin, end, shape = self._fields[name]
+        return self._rows[:, _FIRST + begin : _FIRST + end].reshape(-1, *shape)
 
 
 class Event(NamedTuple):
@@ -89,7 +116,7 @@ class Run(NamedTuple):
         is_doubtful: Whether more zeros than signs show may lie before the last orbit but one.
     """
 
-    rows: list[Reached]
+    rows: Reached
     events: list[Event]
     stopped: str
     tried: float
@@ -106,7 +133,7 @@ class Zero(NamedTuple):
         place: Arclength of the zero.
     """
 
-    rows: list[Reached]
+    rows: Reached
     at: int
     other: int
     place: float

@@ -13,7 +13,7 @@ from phichain.native.flows.desk import Shape, desk_fields, event_fields, offsets
 from phichain.native.glue.interrupts import Foreign
 from phichain.native.signature import Manifest
 
-STENCILS: Final = ("desk", "small", "touch", "brake", "newton", "run", "zero", "met", "calls")
+STENCILS: Final = ("desk", "small", "touch", "brake", "newton", "run", "zero", "dips", "met", "calls")
 """Those of `stencils/orbits`, in the order in which they lean on each other."""
 CALLS: Final = ("at", "settled", "corrected", "ahead", "run", "zero", "places", "touched")
 """What is called from Python."""

@@ -15,6 +15,7 @@ from typing import Any, Final
 import numpy as np
 
 from phichain.continuation import Evaluation, Options, Point
+from phichain.continuation.compiled.block import BlockPoint
 from phichain.continuation.compiled.protocol import Met, Ran, Seen, Step, Stepped, Told, Watch
 from phichain.continuation.linear import eigenvalues
 from phichain.continuation.problem import LateExtra, Multipliers
@@ -60,6 +61,10 @@ class BrakeMap(QuarterMap):
 
 _ARRAYS: Final = frozenset(item.name for item in fields(QuarterMap))
 _SEVERAL: Final = 2
+_NUMBERS: Final = {"residual": "relative", "iterations": "taken", "energy": "energy", "error": "error"}
+"""Fields of points, and the error of omega, that are numbers of their rows; of a run every row is one that Newton got to."""
+_VALUES: Final = 2
+"""Numbers of a row's head before its test functions."""
 
 
 class _Own(threading.local):
@@ -131,7 +136,11 @@ class Braking:
         met: dict[int, list[Met]] = {}
         for event in found.events:
             met.setdefault(event.before, []).append(Met(event.which, event.y, event.arclength, event.left, _kappa(event.folded)))
-        steps = [Step(_placed(row), row.step, row.values if row.found.numbers.is_told > 0 else None, met.get(k, ())) for k, row in enumerate(found.rows)]
+        block, known = _Rows(found.rows), (found.rows.number("is_told") > 0).tolist()
+        steps = [
+            Step(BlockPoint.of(block, k), head[1], tuple(head[_VALUES:]) if known[k] else None, met.get(k, ()))
+            for k, head in enumerate(found.rows.heads)
+        ]  # fmt: skip
         return Ran(steps, found.stopped, found.tried, found.is_doubtful)
 
     def zero(
@@ -141,7 +150,10 @@ class Braking:
         """See `Compiled`."""
         newton = options.tol, options.trust, options.max_iterations
         found = self._brake.zero(line, values, beyond, test, newton, near, shape)
-        return None if found is None else ([(_placed(row), row.values[0], row.step > 0) for row in found.rows], *found[1:])
+        if found is None:
+            return None
+        rows = _Rows(found.rows)
+        return [(rows.fields(k), head[_VALUES], head[1] > 0) for k, head in enumerate(found.rows.heads)], *found[1:]
 
     def places(self, line: Sequence[tuple[float, Vector, Vector]], at: Vector, options: Options) -> Vector | None:
         """See `Compiled`."""
@@ -198,12 +210,36 @@ def _kappa(folded: Vector) -> Multipliers:
     return kappa
 
 
-def _placed(row: Any) -> Told:
-    """The fields of a point that a run reached."""
-    told = _told(row.found)
-    del told["converged"]
-    told["arclength"], told["iterations"] = row.arclength, len(told["corrections"])
-    return told
+class _Rows:
+    """Orbits that C told in rows, as a block of points (`continuation.compiled.block.Block`)."""
+
+    def __init__(self, rows: Any) -> None:
+        """Take the rows."""
+        self._rows = rows
+
+    def fields(self, place: int) -> dict[str, Any]:
+        """See `Block`."""
+        told = _told(self._rows.found(place))
+        del told["converged"]
+        return told | {"arclength": float(self._rows.arclengths[place]), "iterations": len(told["corrections"])}
+
+    def column(self, name: str) -> np.ndarray | None:
+        """See `Block`."""
+        rows = self._rows
+        if name in ("y", "tangent"):
+            array: Vector = rows.array(name)
+            return array
+        if name in _NUMBERS:
+            number: Vector = rows.number(_NUMBERS[name])
+            return number.astype(int) if name == "iterations" else number
+        return rows.arclengths if name == "arclength" else self._multipliers() if name == "multipliers" else None
+
+    def _multipliers(self) -> Multipliers | None:
+        """Those of all orbits where each has one at most; the others are each a matrix's own."""
+        folded = self._rows.array("folded")
+        inner = math.isqrt(folded.shape[1]) - 1
+        is_each = inner >= _SEVERAL or not (self._rows.number("is_told") > 0).all()
+        return None if is_each else (1 - 2 * folded[:, :inner]).astype(complex)
 
 
 def _told(found: Any) -> Told:

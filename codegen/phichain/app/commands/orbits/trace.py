@@ -35,7 +35,7 @@ def register(app: typer.Typer) -> None:
 
 def trace(
     scene: SceneWord,
-    mode: Annotated[int, typer.Option(min=1, help="Mode to start from, by rising linear frequency; where a conical family begins.")] = 1,
+    mode: Annotated[int, typer.Option(help="Mode to start from, from 1, by rising linear frequency; where a conical family begins.")] = 1,
     method: Annotated[
         str, typer.Option(
             help='"shooting" (whole orbits, with their stability), "harmonics" (Fourier series), "one harmonic", "conical" (a spatial chain '
