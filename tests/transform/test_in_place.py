@@ -83,3 +83,19 @@ def test_a_cell_that_is_no_product_keeps_the_table() -> None:
         placed = with_products_in_place(program)
         assert [array.name for array in placed.work] == work
         assert np.array_equal(evaluate(placed, given)["out"], evaluate(program, given)["out"])
+
+
+def test_a_loop_that_stores_nothing_is_no_table() -> None:
+    """A sum over parameters, carried alone, beside a table."""
+    b = Builder("some", "")
+    p, q, out, square = b.param("p", (4,)), b.input("q", (4,)), b.output("out", (4,)), b.array("square", 4)
+    with b.loop("k", 0, 4) as loop:
+        square[loop.index] = p[loop.index] * p[loop.index]
+    with b.loop("k", 0, 4) as loop:
+        total = loop.carry("total", 0)
+        loop.follow(total, total + p[loop.index])
+    with b.loop("k", 0, 4) as loop:
+        out[loop.index] = q[loop.index] * (square[loop.index] * total)
+    program, given = b.finish(), {"p": np.arange(4.0) + 2, "q": np.ones(4)}
+    placed = with_products_in_place(program)
+    assert not placed.work and np.array_equal(evaluate(placed, given)["out"], evaluate(program, given)["out"])

@@ -48,6 +48,8 @@ def _products(program: Program) -> dict[str, For]:
         if _whole_reads(statement) or not read <= still or not isinstance(statement, For | Store):
             continue
         written = {s.cell.array for s in walk((statement,)) if isinstance(s, Store)}
+        if not written:
+            continue  # a sum alone, carried
         still |= written
         (name, *more) = written
         if isinstance(statement, For) and not more and stores[name] == 1 and name not in whole and _is_product(statement):

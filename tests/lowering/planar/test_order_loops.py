@@ -7,8 +7,11 @@ from typing import Any
 
 import pytest
 
+from phichain.ir.builder import Builder
 from phichain.ir.nodes import Cell, For, Op, Operand, Program, Statement, Store, walk
 from phichain.lowering.series import series
+from phichain.lowering.series.series import COEFFICIENT, NEXT, NOW
+from phichain.lowering.series.shape import with_rates_in_a_loop
 from phichain.mechanics import derive
 from phichain.scene import Scene
 
@@ -74,3 +77,14 @@ def test_shares_of_rates_are_a_loop_in_space() -> None:
     order = series(derive(Scene("shares", 5, space="spatial", mass=[0.1] * 5, length=[0.1] * 5, base="cart", cart_mass=0.5))).order
     loops = [statement for statement in order.body if isinstance(statement, For)]
     assert [(loop.start.offset, loop.stop.offset, len(loop.body)) for loop in loops] == [(0, 17, 2)]
+
+
+@pytest.mark.parametrize(("first", "second"), [(2, 3), (3, 2), (3, 3)])
+def test_shares_of_other_rates_stay_as_they_are(first: int, second: int) -> None:
+    """Entry i is the share of its own rate, which stands as many cells behind it as there are angles."""
+    b = Builder("flow_order", "")
+    now, row, out = b.input(NOW, (4,)), b.input(COEFFICIENT, (4,)), b.output(NEXT, (4,))
+    for i, entry in enumerate((now[1] * row[first], now[1] * row[second], row[0], row[1])):
+        out[i] = entry
+    program = b.finish()
+    assert (with_rates_in_a_loop(program, 2) == program) == ((first, second) != (2, 3))

@@ -34,7 +34,7 @@ def with_rates_in_a_loop(program: Program, size: int) -> Program:
         return program
     share = Cell(NOW, Affine(1))
     made = {statement.result: statement for statement in program.body if isinstance(statement, Op)}
-    rates = [_rate(statement, made, share) for statement in program.body]
+    rates = [_rate(statement, made, share, size) for statement in program.body]
     if sorted(at for at in rates if at is not None) != list(range(size)):
         return program
     turn = Affine(0, (("i", 1),))
@@ -45,13 +45,12 @@ def with_rates_in_a_loop(program: Program, size: int) -> Program:
     return prune(replace(program, body=(*kept, loop)))
 
 
-def _rate(statement: Statement, made: dict[str, Op], share: Operand) -> int | None:
-    """Which entry of q_{n+1} a statement stores, if it is the share of a rate; else None."""
+def _rate(statement: Statement, made: dict[str, Op], share: Operand, size: int) -> int | None:
+    """Which entry of q_{n+1} a statement stores, if it is the share of its own rate; else None."""
     if not (isinstance(statement, Store) and statement.cell.array == NEXT and isinstance(statement.value, Local)):
         return None
     value, at = made.get(statement.value.name), statement.cell.index.at({})
     if value is None or value.kind != "mul" or share not in value.args:
         return None
     other = value.args[value.args[0] == share]
-    is_rate = isinstance(other, Cell) and other.array == COEFFICIENT and other.index.at({}) > at
-    return at if is_rate else None
+    return at if other == Cell(COEFFICIENT, Affine(at + size)) else None
