@@ -894,13 +894,13 @@ static void planar2_flow_order(const planar2_real held[32], const planar2_real s
     const planar2_real turning = t5 + held[1] * torque_end_2;
     const planar2_real t6 = now[3] * held[25] + held[10] * t2 + held[11] * t4 - held[8] * t1 - held[9] * t3
         + held[6] * torque_end;
-    const planar2_real joint_x_end = t6 + held[7] * torque_end_2;
+    const planar2_real joint_x = t6 + held[7] * torque_end_2;
     const planar2_real t7 = now[3] * held[26] + held[16] * t2 + held[17] * t4 - held[14] * t1 - held[15] * t3
         + held[12] * torque_end;
-    const planar2_real joint_y_end = t7 + held[13] * torque_end_2;
+    const planar2_real joint_y = t7 + held[13] * torque_end_2;
     const planar2_real t8 = now[3] * held[27] + held[22] * t2 + held[23] * t4 - held[20] * t1 - held[21] * t3
         + held[18] * torque_end;
-    const planar2_real t9 = held[28] * torque_end_2 - held[29] * joint_y_end;
+    const planar2_real t9 = held[28] * torque_end_2 - held[29] * joint_y;
     const planar2_real rate = now[1] * turning;
     const planar2_real rate_2 = now[1] * t9;
 
@@ -913,9 +913,9 @@ static void planar2_flow_order(const planar2_real held[32], const planar2_real s
     right[2] = rate;
     right[3] = rate_2;
     right[4] = torque_end - 0.25 * turning;
-    right[5] = 0.5 * joint_y_end;
+    right[5] = 0.5 * joint_y;
     right[6] = t8 + held[19] * torque_end_2;
-    right[7] = -0.5 * joint_x_end;
+    right[7] = -0.5 * joint_x;
     next[0] = now[1] * coefficient[2];
     next[1] = now[1] * coefficient[3];
     next[2] = rate;

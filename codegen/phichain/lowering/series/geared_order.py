@@ -54,7 +54,7 @@ class GearedOrder(Order):
         if self.scene.has_free_cart:
             following[self.scene.nq] = self.cart_rate(self.now[1] * cart * self.parameters.units.length)
         self.substitution.outwards(base, bend, rise)
-        self.rows(sums, left, right)
+        self.rows(left, right)
         self.arms(right)
         self.state(coefficient, following)
         self.rub(sums, left)
@@ -89,7 +89,7 @@ class GearedOrder(Order):
             joint[loop.index] = driven if passive is None else passive[loop.index] + driven
         return joint
 
-    def rows(self, sums: ArrayRef, left: ArrayRef, right: ArrayRef) -> None:
+    def rows(self, left: ArrayRef, right: ArrayRef) -> None:
         """The links' directions and rates."""
         links, now, work = self.scene.links, self.now, self.work
         with self.builder.loop("k", 0, links) as loop:
@@ -98,18 +98,33 @@ class GearedOrder(Order):
             left[k], left[k + links] = now[2] * work["bend"][k], now[2] * (work["swing"][k] + work["rise"][k])
             right[k], right[k + links] = rate, rate
 
+    def arms(self, right: ArrayRef) -> None:
+        """Moments of the forces at the links, less what a mass on its own circle needs, which has none."""
+        builder, last, length = self.builder, self.scene.links - 1, self.parameters.length
+        joint_x, joint_y = self.work["joint_x"], self.work["joint_y"]
+        lateral, axial = right.shifted(2 * (last + 1)), right.shifted(3 * (last + 1))
+        with builder.loop("k", 0, last) as loop:
+            k = loop.index
+            lateral[k] = self.borne(k)
+            axial[k] = -(self.moment[k] * joint_x[k] + length[k] * self.tip_force(k + 1))
+        lateral[last], axial[last] = self.moment[last] * joint_y[last], -(self.moment[last] * joint_x[last])
+
     def borne(self, k: Index) -> Expr:
         """The moment of the forces at link k: what is left of the torques on it."""
+        torque, turning = self.work["torque"][k], self.work["swing"][k]
         if self.has_joint_torques:
-            return super().borne(k) + (self.work["felt"][k] - self.work["felt"][k + 1])
+            return (torque - self.own[k] * turning) + (self.work["felt"][k] - self.work["felt"][k + 1])
         armature, slip = self.parameters.armature, self.work["slip"]
         assert armature is not None
         rotors = armature[k] * slip[k] - armature[k + 1] * slip[k + 1]
-        return super().borne(k) - rotors
+        return (torque - self.own[k] * turning) - rotors
 
     def tip_force(self, k: Index) -> Expr:
         """The force at joint k along the link before."""
-        return super().tip_force(k) + self.of("pull_n")[k] * self.work["swing"][k - 1]
+        work = self.work
+        pull = self.of("cosine")[k] * work["force_x"][k] - self.of("sine")[k] * work["force_y"][k]
+        held = (pull + self.of("pull_y")[k] * work["joint_y"][k]) + self.of("pull_x")[k] * work["joint_x"][k]
+        return held + self.of("pull_n")[k] * work["swing"][k - 1]
 
     def state(self, coefficient: ArrayRef, following: ArrayRef) -> None:
         """The state's coefficients of order n + 1; rates of joints are formed at once, not as differences."""

@@ -93,40 +93,6 @@ class Order:
             push_y[k] = self.of("gain_y")[k] * moment - self.of("skew")[k] * bent
             free[k] = self.of("inverse")[k] * left - self.of("lag")[k] * risen
 
-    def rows(self, sums: ArrayRef, left: ArrayRef, right: ArrayRef) -> None:
-        """The links' accelerations, and with them their directions and rates."""
-        builder, links, now, work = self.builder, self.scene.links, self.now, self.work
-        with builder.loop("k", 0, links) as loop:
-            k = loop.index
-            gain_x, gain_y = self.of("gain_x")[k], self.of("gain_y")[k]
-            still = work["free"][k] - gain_x * (self.parameters.length[k] * work["bend"][k])
-            turning = still - gain_x * work["joint_x"][k] - gain_y * work["joint_y"][k]
-            work["swing"][k] = swing = builder.let("angular", turning)
-            work["turn"][k] = rate = builder.let("rate", now[1] * swing)
-            left[k], left[k + links] = now[2] * work["bend"][k], now[2] * (swing + work["rise"][k])
-            right[k], right[k + links] = rate, rate
-
-    def arms(self, right: ArrayRef) -> None:
-        """Moments of the forces at the links, less what a mass on its own circle needs, which has none."""
-        builder, last, length = self.builder, self.scene.links - 1, self.parameters.length
-        joint_x, joint_y = self.work["joint_x"], self.work["joint_y"]
-        lateral, axial = right.shifted(2 * (last + 1)), right.shifted(3 * (last + 1))
-        with builder.loop("k", 0, last) as loop:
-            k = loop.index
-            lateral[k] = self.borne(k)
-            axial[k] = -(self.moment[k] * joint_x[k] + length[k] * self.tip_force(k + 1))
-        lateral[last], axial[last] = self.moment[last] * joint_y[last], -(self.moment[last] * joint_x[last])
-
-    def borne(self, k: Index) -> Expr:
-        """The moment of the forces at link k: what is left of the torque on it."""
-        return self.work["torque"][k] - self.own[k] * self.work["swing"][k]
-
-    def tip_force(self, k: Index) -> Expr:
-        """The force at joint k along the link before."""
-        work = self.work
-        pull = self.of("cosine")[k] * work["force_x"][k] - self.of("sine")[k] * work["force_y"][k]
-        return (pull + self.of("pull_y")[k] * work["joint_y"][k]) + self.of("pull_x")[k] * work["joint_x"][k]
-
     def couple(self, coefficient: ArrayRef) -> ArrayRef | None:
         """Torques on the links of order n: inputs, springs, dampers and dry friction; None where there are none."""
         builder, links, drive = self.builder, self.scene.links, self.drive()

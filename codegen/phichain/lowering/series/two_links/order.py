@@ -12,7 +12,7 @@ class TwoOrder(Order):
     """Everything at once: fewer operations wait for each other than in two sweeps. What comes last of the order before, the moments along
     the links in y, stands last in each sum."""
 
-    WORK: ClassVar[tuple[str, ...]] = ("bend", "torque", "turn", "swing", "rise", "joint_x", "joint_y")
+    WORK: ClassVar[tuple[str, ...]] = ("bend", "torque", "turn", "swing", "rise")
 
     def write(self, sums: ArrayRef, coefficient: ArrayRef, left: ArrayRef, right: ArrayRef, following: ArrayRef) -> None:
         """All cells of the results."""
@@ -26,7 +26,7 @@ class TwoOrder(Order):
             work["turn"][k] = rate = builder.let("rate", now[1] * work["swing"][k])
             left[k], left[k + 2] = now[2] * work["bend"][k], now[2] * (work["swing"][k] + work["rise"][k])
             right[k], right[k + 2] = rate, rate
-        right[4], right[5] = self.borne(0), self.moment[1] * y
+        right[4], right[5] = work["torque"][0] - self.own[0] * turning, self.moment[1] * y
         right[6], right[7] = axial, -(self.moment[1] * x)
         self.state(coefficient, following)
         self.rub(sums, left)
