@@ -160,7 +160,7 @@ def squares_loss(scene: Scene) -> bool:
     if links is None or len(links) < 3:
         return False
     (mass, beta), (before, own) = links[-2], links[-3]
-    return mass * (1 - beta) ** 2 > LARGEST_SQUARED * before * own**2
+    return mass * (1 - beta) * (1 - beta) > LARGEST_SQUARED * before * own * own
 
 
 def known_links(scene: Scene) -> list[tuple[float, float]] | None:
