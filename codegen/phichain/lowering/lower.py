@@ -200,8 +200,8 @@ class _Lowering:
 
 
 def _has_time(scene: Scene) -> bool:
-    """Whether products of runtime parameters take less in a planar sweep's loops than as tables: from eight links on; with couples on the
-    links, which are eliminated from the tip alone, the loops of more than twelve take as long (1.00 to 1.05 of the time).
+    """Whether products of runtime parameters take less in a planar sweep's loops than as tables. With couples on the links, which are
+    eliminated from the tip alone, the loops of more than twelve take as long (1.00 to 1.05 of the time).
     """
     if not scene.is_planar or not scene.runtime or saves_memory(scene):
         return False

@@ -211,4 +211,4 @@ def order_program(model: Model, layout: Layout, write: Callable[[Ordering], None
     joints = Joints(builder, scene, layout, held, rows.sums, rows.coefficient, rows.turned, now[3], rubs, rows.rub_sums)
     write(Ordering(builder, scene, parameters, layout, held, rows, joints.couples(), along, now[3], rubs))
     made = shaped(builder.finish(), scene.code)
-    return made if rows_of is RowsShared or scene.varied else with_rates_in_a_loop(made, scene.nq)
+    return made if scene.varied else with_rates_in_a_loop(made, scene.nq)
