@@ -17,7 +17,7 @@ from phichain.scene import Scene
 #: Links that feel less of each other's squared rates turn alone: more than a digit of what they turn by may be lost beside those.
 LEAST_FELT: Final = 0.05
 
-#: Ratio of inertias from which on the third link from the tip meets the last two as a dyad: two more digits than it may lose.
+#: Ratio of inertias from which on the third body from the tip meets the last two links as a dyad: two more digits than it may lose.
 LARGEST_SQUARED: Final = 100
 
 
@@ -148,19 +148,26 @@ def turns_alone(scene: Scene) -> bool:
 
 
 def squares_loss(scene: Scene) -> bool:
-    """Whether the third link from the tip would lose by the square of an angle what it needs the last two for.
+    """Whether the third body from the tip would lose by the square of an angle what it needs the last two links for.
 
-    All that it meets across its own direction is one dyad, of at most (1 - beta)^2 m of the link beyond, beside its own beta^2 m: only
-    where the first is much more does it matter that the dyad's rounding is none of its own.
+    All that it meets across its own direction is one dyad, of at most (1 - beta)^2 m of the link beyond, beside its own beta^2 m, or the
+    mass of a cart: only where the first is much more does it matter that the dyad's rounding is none of its own.
 
     Args:
         scene: a chain of points; False where its numbers are not known.
     """
     links = None if scene.inertia is not None else known_links(scene)
-    if links is None or len(links) < 3:
+    if links is None or len(links) < 2:
         return False
-    (mass, beta), (before, own) = links[-2], links[-3]
-    return mass * (1 - beta) * (1 - beta) > LARGEST_SQUARED * before * own * own
+    if len(links) > 2:
+        before, share = links[-3]
+        own = before * share * share
+    elif scene.cart_mass is None or isinstance(scene.cart_mass, str):
+        return False
+    else:
+        own = scene.cart_mass
+    mass, beta = links[-2]
+    return mass * (1 - beta) * (1 - beta) > LARGEST_SQUARED * own
 
 
 def known_links(scene: Scene) -> list[tuple[float, float]] | None:
