@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable
-from typing import Any, ClassVar, Self
+from dataclasses import dataclass, field
+from typing import Any, ClassVar, Generic, Self, TypeVar
 
 import numpy as np
 import pytest
@@ -116,6 +118,63 @@ def test_a_copy_of_a_bound_builtin_writes_to_its_own() -> None:
 
     law = Afresh(pushing).law()
     assert law is not None and law(0.0, np.array(START)) == [0.0] and not log
+
+
+T = TypeVar("T")
+known = Kind()
+
+
+@dataclass
+class Keeping:
+    known: dict[int, float] = field(default_factory=dict)
+
+    def __call__(self, t: float, x: np.ndarray) -> Any:
+        return [self.known.setdefault(0, x[0])]
+
+
+@dataclass(slots=True)
+class Slotted:
+    known: dict[int, float] = field(default_factory=dict)
+
+    def __call__(self, t: float, x: np.ndarray) -> Any:
+        return [self.known.setdefault(0, x[0])]
+
+
+class Common(ABC, Generic[T]):
+    PLACES: ClassVar[tuple[int, ...]] = (0, 1)
+
+    def __init__(self) -> None:
+        self.known: dict[int, float] = {}
+
+    @property
+    def first(self) -> int:
+        return self.PLACES[0]
+
+    @staticmethod
+    def like(x: np.ndarray) -> float:
+        return float(x[0])
+
+    @abstractmethod
+    def __call__(self, t: float, x: np.ndarray) -> Any: ...
+
+
+class Own(Common[int]):
+    def __init__(self) -> None:
+        super().__init__()
+
+    def __call__(self, t: float, x: np.ndarray) -> Any:
+        return [self.known.setdefault(self.first, self.like(x))]
+
+
+@pytest.mark.parametrize("kind", [Keeping, Slotted, Own])
+def test_objects_of_usual_classes_are_copied(kind: Callable[[], Any]) -> None:
+    """An attribute may be called as something of its module is, and bases be a library's."""
+    for law in (one := kind(), one.__call__):
+        afresh = Afresh(law)
+        assert law(0.0, np.array([1.0, 0.0])) == [1.0]
+        copy = afresh.law()
+        assert copy is not None and copy(0.0, np.array([2.0, 0.0])) == [2.0] and law(0.0, np.array([2.0, 0.0])) == [1.0]
+        one.known.clear()
 
 
 class Single:

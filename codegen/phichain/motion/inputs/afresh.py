@@ -193,7 +193,11 @@ def _is_of_library(function: FunctionType) -> bool:
     """Whether it is found by its name in a module that is none of the caller's."""
     if function.__closure__ or "<" in function.__qualname__:
         return False
-    root = function.__module__.partition(".")[0] if function.__module__ else ""
+    return _is_library(function.__module__)
+
+
+def _is_library(module: str | None) -> bool:
+    root = module.partition(".")[0] if module else ""
     file = getattr(sys.modules.get(root), "__file__", None) or ""
     return root in sys.stdlib_module_names - {"__main__"} or root == "phichain" or "site-packages" in file or "dist-packages" in file
 
@@ -216,7 +220,8 @@ def _is_plain(kind: type) -> bool:
             parts = [getattr(value, part) for part in _UNWRAPPED.get(type(value), ())] or [value]
             if any(not _is_common(part) for part in parts) and not name.startswith(("__", "_abc_")):
                 return False
-            if name not in _UNASKED and any(_keeps_outside(part) for part in parts if isinstance(part, FunctionType) and not _is_of_library(part)):
+            is_asked = name not in _UNASKED and not _is_library(base.__module__)
+            if is_asked and any(_keeps_outside(part) for part in parts if isinstance(part, FunctionType)):
                 return False
     return True
 
@@ -233,8 +238,9 @@ def _keeps_outside(method: FunctionType) -> bool:
     if any(not _is_common(value) for _, value in _filled(method)):
         return True
     for code in _codes(method.__code__):
-        if any(not _is_common(method.__globals__.get(name)) for name in code.co_names):
-            return True
-        if any(step.opname in ("STORE_GLOBAL", "DELETE_GLOBAL") for step in dis.get_instructions(code)):
-            return True
+        for step in dis.get_instructions(code):
+            if step.opname in ("LOAD_GLOBAL", "LOAD_NAME") and not _is_common(method.__globals__.get(step.argval)):
+                return True
+            if step.opname in ("STORE_GLOBAL", "DELETE_GLOBAL"):
+                return True
     return False
