@@ -6,7 +6,7 @@
 enum {
     stem_neighbours = 3,
     stem_turning = 16, /* steps in one direction after which it stays */
-    stem_parts = 64 /* of a step that a neighbour takes at most */
+    stem_parts = 64 /* of a step: longer ones are halved where they are too long for a neighbour */
 };
 
 typedef struct stem_beside {

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import gc
 import subprocess
 from dataclasses import replace
 from threading import Thread
@@ -191,6 +192,32 @@ def test_threads_share_a_problem() -> None:
     other.start()
     other.join()
     assert np.array_equal(way.change(), change) and rooms[0] != room(problem)
+
+
+def test_desks_are_used_again_by_one_problem_at_a_time() -> None:
+    """What was told on one stays when the next problem computes there, which finds it as if it were new."""
+    system, *_, z = chain("two")
+    modes, along = linear_modes(system), np.eye(3)[0]
+
+    def another() -> Problem:
+        return quarter_problem(system, omega=modes.omega[0], shape=modes.shapes[:, 0])
+
+    def place(of: Problem) -> int:
+        return of.compiled._brake._table.at.value
+
+    first, second = another(), another()
+    where, y = place(first), z / first.sizes
+    told = first.compiled.at(y, along)
+    kept = {name: told[name].copy() for name in ("y", "tangent", "jacobian")}
+    assert where != place(second)
+    del first
+    gc.collect()
+    third = another()
+    assert place(third) == where and place(second) != where and not third.compiled._brake.desk["asked"].any()
+    assert not np.array_equal(third.compiled.at(1.1 * y, along)["jacobian"], kept["jacobian"])
+    assert all(np.array_equal(told[name], own) for name, own in kept.items())
+    again = third.compiled.at(y, along)
+    assert all(np.array_equal(again[name], own) for name, own in kept.items())
 
 
 def test_more_places_than_there_is_room_for_are_refused() -> None:

@@ -11,19 +11,35 @@ import numpy as np
 import pytest
 
 from phichain.emit.stencil import stencils_folder
-from phichain.native.flows.desk import Desk, desk_fields, offsets
+from phichain.native.flows.desk import Desk, desk_fields, event_fields, offsets, row_fields
 from tests.emit.test_stencil import STRICT
 
 SOURCE = """#define PHI_Q 2
 #define PHI_CART 0
 #include "orbits/alone.c"
-int phi_propagate(phi_flow *flow, phi_real t_end, unsigned long most, const phi_real *u, phi_real *q, phi_real *v) { (void)flow; (void)t_end; (void)most; (void)u; (void)q; (void)v; return 1; }
-void phi_mass_matrix(const phi_real *q, phi_real *mass) { mass[0] = q[0]; }
+int phi_propagate(phi_flow *flow, phi_real t_end, unsigned long most, const phi_real *u, phi_real *q, phi_real *v)
+{
+    const phi_real omega = BRAKE_HALF_PI / t_end;
+    (void)most;
+    (void)u;
+    q[0] -= 0.3;
+    q[1] -= omega;
+    v[0] = 0;
+    v[1] = omega / t_end;
+    flow->steps = 1;
+    return PHI_FLOW_DONE;
+}
+void phi_mass_matrix(const phi_real *q, phi_real *mass) { (void)q; mass[0] = mass[3] = 1; mass[1] = mass[2] = 0; }
 int judged(brake_desk *desk, phi_real *next);
 int may_dip(brake_desk *desk, int k);
+int corrected(brake_desk *desk, phi_real allowed);
+int located(brake_desk *desk, int k);
 int judged(brake_desk *desk, phi_real *next) { return run_judged(desk, next); }
 int may_dip(brake_desk *desk, int k) { return dip_may_dip(desk, k); }
+int corrected(brake_desk *desk, phi_real allowed) { phi_flow begun = {0}; brake_correct(&begun, desk, allowed); return desk->orbit.converged > 0; }
+int located(brake_desk *desk, int k) { phi_flow begun = {0}; met_line(desk); return met_located(&begun, desk, k); }
 """
+"""Beside the rules a chain whose brake orbits are a straight line, (0.3, omega): its end of a quarter is q_0 less that."""
 ON, SIGN, SMALL = 0, 2, 3
 WHOLE = offsets(desk_fields(2, 2))
 
@@ -70,6 +86,60 @@ def test_a_singular_place_ahead_is_leapt_over(rules: Any) -> None:
     assert judged(rules, 1.0, 1.0, 0.5, (0.5, 1.0, 1.0))[1] == pytest.approx(1.8)
     assert judged(rules, 1.0, 1.0, 0.5, (0.5, 1.0, 1.0), step_max=1.7)[1] == pytest.approx(0.7)
     assert judged(rules, 1.0, 1.0, 0.25, (0.75, 1.0, 1.0))[1] == pytest.approx(5.4) and judged(rules, 1.0, 1.0, 0.21, (0.9, 1.0, 1.0))[1] == pytest.approx(2.0)
+
+
+JACOBIAN = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, -1.0]])
+ALONG = np.array([0.0, 1.0, 1.0]) / np.sqrt(2)
+
+
+def desk_of_a_line() -> tuple[Any, Desk]:
+    """The address of a desk, and the desk, where the straight line is followed."""
+    memory = np.zeros(max(end for _, end, _ in WHOLE.values()))
+    desk = Desk(memory, WHOLE)
+    said = {"scale": 1.0, "tolerance": 1e-12, "rough": 1e-12, "most_steps": 10.0, "tol": 1e-12, "trust": 1e-8, "most_corrections": 7.0}
+    for name, value in said.items():
+        desk[name].fill(value)
+    desk["before_tangent"][:] = desk["normal"][:] = ALONG
+    return ctypes.c_void_p(memory.ctypes.data), desk
+
+
+def test_a_guess_at_which_the_jacobian_has_changed_too_far_is_left_at_once(rules: Any) -> None:
+    """A tenth more than is allowed; where the sign has changed, or all is allowed, Newton goes on."""
+    def asked(before: np.ndarray, allowed: float) -> tuple[int, int]:
+        at, desk = desk_of_a_line()
+        desk["guess"][:] = 0.31, 1.0, 1.0
+        desk["before_jacobian"][:] = before
+        return rules.corrected(at, ctypes.c_double(allowed)), int(desk["evaluations"])
+
+    assert asked(JACOBIAN / 1.76, 0.7)[0] == 1
+    assert asked(JACOBIAN / 1.78, 0.7) == (0, 1)
+    assert asked(JACOBIAN / 1.78, 0.0)[0] == 1 and asked(np.diag([-1, 1]) @ JACOBIAN / 1.78, 0.7)[0] == 1
+
+
+@pytest.mark.parametrize(("place", "taken", "is_end"), [(0.3, 2, False), (0.7, 2, True), (0.7, 0, True), (0.3, 0, False)])
+def test_a_zero_beside_all_tries_is_told_by_the_nearer_end(rules: Any, place: float, taken: int, is_end: bool) -> None:
+    """Whose row is of this run: its first step begins at one that is not. Nothing but that row says anything here."""
+    at, desk = desk_of_a_line()
+    ends = np.array([0.3, 1.0, 1.0]) + np.outer([0.0, 1.0], ALONG)
+    values = ends[:, 1] - (1 + place * ALONG[1])
+    desk["count"].fill(2)
+    desk["seen"].fill(2)
+    desk["watched"].fill(2)
+    desk["taken"].fill(taken)
+    desk["at"][:2], desk["sigmas"][:2], desk["known"][:2, 0], desk["known"][:2, 1] = (0, 1), 1, ends, ALONG
+    desk["watch"][0], desk["watch"][1], desk["values"][:2, 1] = (4, 0, 0, 0, 0), (1, 1, 1 + place * ALONG[1], 0, 0), values
+    desk["rows"].fill(np.nan)
+    row, event = offsets(row_fields(2, 2)), offsets(event_fields(2, 2))
+    if is_end or taken:
+        nearer = desk["rows"][taken if is_end else taken - 1]
+        nearer[row["arclength"][0]], nearer[row["values"][0] + 1], nearer[row["orbit"][0] :] = float(is_end), values[int(is_end)], 0
+    is_told = is_end or taken > 0
+    assert rules.located(at, 1) == is_told and desk["met"] == is_told
+    if is_told:
+        told = desk["events"][0]
+        assert [told[event[name][0]] for name in ("before", "which", "arclength", "left")] == pytest.approx([taken, 1, place, 0], abs=1e-14)
+        begin, end, _ = event["y"]
+        assert told[begin:end] == pytest.approx(ends[0] + place * ALONG, abs=1e-14)
 
 
 Function = Callable[[np.ndarray], np.ndarray]

@@ -263,36 +263,6 @@ def test_a_function_of_time_and_state_is_left_in_peace(kind: str) -> None:
         assert run.t[-1] == 1.0 and (method == "step" or run.status == "complete")
 
 
-def test_what_cannot_be_copied_whole_is_not_copied() -> None:
-    for kind in ("views", "half shared", "cached", "jitted", "looked up"):
-        if kind != "looked up":
-            assert Afresh(PURE[kind]()).law() is None
-    large = np.zeros(2**20)
-    assert Afresh(lambda t, x: large[:1]).law() is None
-
-    class Closing:
-        def __call__(self, t: float, x: np.ndarray) -> Any:
-            return [0.0]
-
-        def __del__(self) -> None:
-            raise AssertionError("a copy has been made and forgotten")
-
-    held = [Closing.__new__(Closing)]
-    assert Afresh(lambda t, x: held[0](t, x)).law() is None
-    del Closing.__del__
-
-
-def test_a_copy_remembers_what_the_law_did_and_nothing_later() -> None:
-    law = keeping(memory := {0: 7.0})
-    afresh = Afresh(law)
-    law(0.05, np.array(START))
-    for _ in range(2):
-        copy = afresh.law()
-        assert copy is not None and copy is not law
-        assert copy(0.0, np.zeros(2)) == [7.0] and copy(0.05, np.zeros(2)) == [wanted(0.05, np.zeros(2))]
-    assert memory == {0: 7.0, 2: wanted(0.05, np.array(START))}
-
-
 def test_questions_are_few() -> None:
     """Two for each step, and two more after 1, 2, 4, ... of them; those of copies are not the law's."""
     asked: list[float] = []

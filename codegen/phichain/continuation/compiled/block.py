@@ -43,10 +43,13 @@ class BlockPoint(Point):
             AttributeError: There is none of that name.
         """
         own = vars(self)
-        if name not in _FIELDS or _BLOCK not in own:
+        block, place = own.get(_BLOCK, (None, 0))
+        if name not in _FIELDS or (block is None and name not in own):
             raise AttributeError(name)
-        block, place = own.pop(_BLOCK)
-        own.update(block.fields(place))
+        if block is not None:
+            # Let go when all is there: another thread may ask meanwhile, and what was interrupted can be asked again.
+            own.update(block.fields(place))
+            own.pop(_BLOCK, None)
         return own[name]
 
 

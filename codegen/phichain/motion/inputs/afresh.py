@@ -15,8 +15,17 @@ import random
 import sys
 from collections import Counter, OrderedDict, defaultdict, deque
 from collections.abc import Iterator
-from functools import partial
-from types import BuiltinFunctionType, CellType, CodeType, FunctionType, MethodType, ModuleType
+from functools import cached_property, partial
+from types import (
+    BuiltinFunctionType,
+    CellType,
+    CodeType,
+    FunctionType,
+    MemberDescriptorType,
+    MethodType,
+    ModuleType,
+    NoneType,
+)
 from typing import Any, Final
 
 import numpy as np
@@ -27,9 +36,11 @@ from phichain.system import System
 
 #: Bytes, objects and arrays of a law beyond which it is not copied.
 MOST_BYTES, MOST_OBJECTS, MOST_ARRAYS = 2**22, 20_000, 64
-_COPIED: Final = (np.generic, partial, MethodType, deque, OrderedDict, defaultdict, Counter, random.Random, CellType, complex, range, slice)
-_WRITEABLE: Final = (list, dict, set, bytearray, deque, np.ndarray)
-_OWN: Final = ("__reduce_ex__", "__reduce__", "__getstate__")
+_COPIED: Final = frozenset({partial, deque, OrderedDict, defaultdict, Counter, random.Random, BuiltinFunctionType, complex, range, slice})
+_OWN: Final = ("__reduce_ex__", "__reduce__", "__getstate__", "__new__")
+_UNASKED: Final = ("__init__", "__repr__")
+"""Methods that a copy is not asked."""
+_ABOUT: Final = ("__setstate__", "__getnewargs__", "__getnewargs_ex__", "__del__")
 
 
 class _NotCopiedError(Exception):
@@ -43,7 +54,10 @@ class _Names:
         self.table = table
 
 
-_SHARED: Final = (type, ModuleType, BuiltinFunctionType, CodeType, np.ufunc, np.dtype, System, _Names)
+_SHARED: Final = (type, ModuleType, CodeType, np.ufunc, np.dtype, System, _Names)
+_FIXED: Final = (*_SHARED, FunctionType, NoneType, bool, int, float, complex, str, bytes, np.generic)
+"""What all objects of a class may read together: nobody writes to it, and asks of one of these whether it is another's."""
+_UNWRAPPED: Final = {property: ("fget", "fset", "fdel"), staticmethod: ("__func__",), classmethod: ("__func__",), cached_property: ("func",)}
 
 
 class Afresh:
@@ -100,7 +114,7 @@ class _Writer(pickle.Pickler):
             self._bytes += len(found)
         if self._objects > MOST_OBJECTS or self._bytes > MOST_BYTES or len(self._arrays) > MOST_ARRAYS:
             raise _NotCopiedError
-        if not (isinstance(found, _SHARED) or (isinstance(found, FunctionType) and _is_of_library(found))):
+        if not (isinstance(found, _SHARED) or _is_free(found) or (isinstance(found, FunctionType) and _is_of_library(found))):
             return None
         if id(found) not in self._places:
             self._places[id(found)] = len(self._shared)
@@ -115,7 +129,11 @@ class _Writer(pickle.Pickler):
             return _function, (found.__code__, names, found.__closure__), _state(found), None, None, _fill
         if kind is CellType:
             return CellType, ()
-        if (kind is np.ndarray and not found.dtype.hasobject) or isinstance(found, _COPIED) or _is_plain(kind):
+        if kind is MethodType:  # by its name it would be found in the object's own class, which may have another one
+            if not (isinstance(found.__self__, _SHARED) or _is_plain(type(found.__self__))):
+                raise _NotCopiedError
+            return MethodType, (found.__func__, found.__self__)
+        if kind in _COPIED or (kind is np.ndarray and not found.dtype.hasobject) or issubclass(kind, np.generic) or _is_plain(kind):
             return NotImplemented
         raise _NotCopiedError
 
@@ -139,15 +157,20 @@ def _function(code: CodeType, names: dict[str, Any], closure: tuple[CellType, ..
 
 def _state(function: FunctionType) -> tuple[Any, ...]:
     """What a function goes on with: the cells that are filled, defaults, attributes, and the global names that it may read."""
+    table = function.__globals__
+    read = {name: table[name] for code in _codes(function.__code__) for name in code.co_names if name in table}
+    return _filled(function), function.__defaults__, function.__kwdefaults__, function.__dict__, read
+
+
+def _filled(function: FunctionType) -> list[tuple[CellType, Any]]:
+    """The cells of a closure and what is in them."""
     filled = []
     for cell in function.__closure__ or ():
         try:
             filled.append((cell, cell.cell_contents))
         except ValueError:  # a name that is bound later
             continue
-    table = function.__globals__
-    read = {name: table[name] for code in _codes(function.__code__) for name in code.co_names if name in table}
-    return filled, function.__defaults__, function.__kwdefaults__, function.__dict__, read
+    return filled
 
 
 def _fill(function: FunctionType, state: tuple[Any, ...]) -> None:
@@ -170,32 +193,54 @@ def _is_of_library(function: FunctionType) -> bool:
     """Whether it is found by its name in a module that is none of the caller's."""
     if function.__closure__ or "<" in function.__qualname__:
         return False
-    root = function.__module__.partition(".")[0] if function.__module__ else ""
+    return _is_library(function.__module__)
+
+
+def _is_library(module: str | None) -> bool:
+    root = module.partition(".")[0] if module else ""
     file = getattr(sys.modules.get(root), "__file__", None) or ""
     return root in sys.stdlib_module_names - {"__main__"} or root == "phichain" or "site-packages" in file or "dist-packages" in file
 
 
+def _is_free(found: Any) -> bool:
+    """Whether it is a function of C that belongs to no object."""
+    return type(found) is BuiltinFunctionType and isinstance(found.__self__, NoneType | ModuleType)
+
+
 def _is_plain(kind: type) -> bool:
-    """Whether all that its objects remember are their attributes: no class of C, none that copies itself, none that keeps anything for all of them."""
+    """Whether all that its objects remember are their attributes: no class of C, none that makes or copies them itself, none that keeps anything for all of them."""
     is_held = issubclass(kind, Held)
-    if any(getattr(kind, name) is not getattr(object, name) for name in _OWN if not (is_held and name == "__getstate__")) or (hasattr(kind, "__setstate__") and not is_held) or hasattr(kind, "__del__"):
+    allowed = ("__getstate__", "__setstate__") if is_held else ()
+    if any(getattr(kind, name) is not getattr(object, name) for name in _OWN if name not in allowed) or any(hasattr(kind, name) for name in _ABOUT if name not in allowed):
         return False
     for base in kind.__mro__[:-1]:
         if not base.__flags__ & 1 << 9:  # Py_TPFLAGS_HEAPTYPE: made by a class statement
             return False
         for name, value in vars(base).items():
-            if isinstance(value, _WRITEABLE) and not name.startswith("__"):
+            parts = [getattr(value, part) for part in _UNWRAPPED.get(type(value), ())] or [value]
+            if any(not _is_common(part) for part in parts) and not name.startswith(("__", "_abc_")):
                 return False
-            if isinstance(value, FunctionType) and not _is_of_library(value) and _keeps_outside(value):
+            is_asked = name not in _UNASKED and not _is_library(base.__module__)
+            if is_asked and any(_keeps_outside(part) for part in parts if isinstance(part, FunctionType)):
                 return False
     return True
 
 
+def _is_common(value: Any) -> bool:
+    """Whether objects and their copies may read it together."""
+    if type(value) is tuple:
+        return all(map(_is_common, value))
+    return isinstance(value, (*_FIXED, MemberDescriptorType)) or _is_free(value)
+
+
 def _keeps_outside(method: FunctionType) -> bool:
-    """Whether a method reads containers of its module, or writes to that."""
+    """Whether a method reads objects of its module or of what is around its class, or writes to its module."""
+    if any(not _is_common(value) for _, value in _filled(method)):
+        return True
     for code in _codes(method.__code__):
-        if any(isinstance(method.__globals__.get(name), _WRITEABLE) for name in code.co_names):
-            return True
-        if any(step.opname in ("STORE_GLOBAL", "DELETE_GLOBAL") for step in dis.get_instructions(code)):
-            return True
+        for step in dis.get_instructions(code):
+            if step.opname in ("LOAD_GLOBAL", "LOAD_NAME") and not _is_common(method.__globals__.get(step.argval)):
+                return True
+            if step.opname in ("STORE_GLOBAL", "DELETE_GLOBAL"):
+                return True
     return False

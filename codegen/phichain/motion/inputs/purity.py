@@ -29,6 +29,7 @@ class Purity:
     A law that remembers its last call answers by what it saw last. So the last step's question is put again after each step, and after
     1, 2, 4, 8, ... steps the first one, and this step's after these earlier ones: twelve evaluations of a step cost more. One that
     remembers what it saw first answers everything twice alike; its copy, that nobody has asked, is asked after 1, 2, 3, 5, 9, ... steps.
+    A copy that does not answer the very first question as the law does is none, and says nothing.
     """
 
     def __init__(self, control: Control, t: float, x: Vector, is_copied: bool = True) -> None:
@@ -36,6 +37,9 @@ class Purity:
         self._control, self._steps = control, 0
         self._before = Afresh(control) if is_copied else None
         self._first = self._last = _Answer(t, x, control(t, x))
+        u = self._u_before(self._first)
+        if u is None or not _is_same(self._first.u, u):
+            self._before = None
 
     def look(self, t: float, x: Vector) -> None:
         """Ask at the end of a step, and again what was asked before.
@@ -59,14 +63,19 @@ class Purity:
         _demand_same(before, self._control(before.t, before.x))
 
     def _as_before(self, here: _Answer) -> None:
+        u = self._u_before(here)
+        if u is not None:
+            _demand_same(_Answer(here.t, here.x, u), here.u)
+
+    def _u_before(self, here: _Answer) -> Vector | None:
+        """The answer of a fresh copy; None where there is none."""
         law = None if self._before is None else self._before.law()
         if law is None:
-            return
+            return None
         try:
-            u = law(here.t, here.x)
+            return law(here.t, here.x)
         except Exception:  # noqa: BLE001 - a copy that cannot answer says nothing
-            return
-        _demand_same(_Answer(here.t, here.x, u), here.u)
+            return None
 
 
 def _demand_same(before: _Answer, now: Vector) -> None:
@@ -75,11 +84,15 @@ def _demand_same(before: _Answer, now: Vector) -> None:
     Raises:
         ArrayError: It does.
     """
-    if np.array_equal(now, before.u):
-        return
-    if np.max(np.abs(now - before.u)) > SAME * max(np.max(np.abs(now)), np.max(np.abs(before.u))):
+    if not _is_same(before.u, now):
         raise ArrayError(
             "u", (before.u.tolist(), now.tolist()),
             f"gives two answers at t = {before.t:.6g} s in one state, so it is no function of (t, x): it remembers earlier calls",
             "give sample=Ts for a law that samples or has a memory: it is then asked once at every sample, in their order",
         )  # fmt: skip
+
+
+def _is_same(one: Vector, other: Vector) -> bool:
+    if np.array_equal(one, other):
+        return True
+    return not np.max(np.abs(other - one)) > SAME * max(np.max(np.abs(other)), np.max(np.abs(one)))

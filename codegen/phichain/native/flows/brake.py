@@ -273,7 +273,7 @@ class Brake:
         return self._guess.copy() if self._functions.touched(self._desk) else None
 
 
-@lru_cache
+@lru_cache  # call after call of a run watches the same ones
 def _watched(test: Any) -> tuple[float, ...]:
     """A test function as C takes it: which of `WHAT`, which one of these, what is taken off, how it may dip; of nothing where it is not known."""
     return (WHAT.index(test.what) if test.what else -1, *test[1:])
