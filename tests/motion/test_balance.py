@@ -55,7 +55,8 @@ def test_the_taylor_flow_keeps_the_balance_at_round_off(angles: str) -> None:
         for events in (None, lambda t, x: x[0]):
             run = simulate(pair(angles, 0.05), START, outputs, u=TORQUES, events=events)
             assert run.method == "taylor"
-            assert run.balance_error < 3e-14 and run.energy_drift > 1e-2 and abs(run.loss[-1]) > 1e-3
+            # Backwards the damper's 51 J are gained: their last place is 7e-15.
+            assert run.balance_error < 2e-15 * max(1.0, abs(run.loss[-1])) and run.energy_drift > 1e-2 and abs(run.loss[-1]) > 1e-3
             assert run.work[0] == run.loss[0] == 0.0
 
 
