@@ -17,6 +17,7 @@ from phichain.continuation import Branch, Evaluation, Fold, Options, Problem
 from phichain.errors import ArrayError, OutputError, UnsupportedError
 from phichain.orbits import respond, trace
 from phichain.orbits.closed.kinds import KINDS, problem_of, state_of, unknowns_of
+from phichain.orbits.closed.symmetries import recognised
 from phichain.orbits.network.opening import Opening, first_points, opening_at
 from phichain.orbits.parameter import knob_of, vary
 from phichain.orbits.parameter.followed import closed_orbits
@@ -57,7 +58,7 @@ def driven() -> System:
 
 @lru_cache
 def swings() -> Branch:
-    return trace(rods(), 1, until="theta_1=-1.3", p=RODS_P)
+    return trace(rods(), 1, until="theta_1=-1.6", p=RODS_P)
 
 
 @lru_cache
@@ -66,8 +67,8 @@ def cone() -> Branch:
 
 
 def beyond(kind: str) -> dict[str, Any]:
-    """The first orbit beyond the event of the brake orbits that opens a kind."""
-    event = next(event for event in swings().events if KINDS["quarter"].opens.get(event.kind, ("", 1))[0] == kind)
+    """The first orbit beyond the last event of the brake orbits that opens a kind: the brake loss before it is a cover."""
+    event = [event for event in swings().events if KINDS["quarter"].opens.get(event.kind, ("", 1))[0] == kind][-1]
     opened = opening_at(rods(), RODS_P, swings(), event)
     assert isinstance(opened, Opening)
     _, points = first_points(rods(), RODS_P, opened, settings(None))
@@ -75,7 +76,20 @@ def beyond(kind: str) -> dict[str, Any]:
     return dict(zip("qv", state_of(kind, z), strict=True)) | {"omega": float(z[-1])}
 
 
-@pytest.mark.parametrize(("kind", "hold"), [("odd", "theta_dot_1"), ("unequal", "energy"), ("half", "theta_dot_1")])
+def test_a_brake_orbit_beside_a_cover_is_one_from_anywhere_on_it() -> None:
+    """It all but rests three times in half a period, and rests once; and where rests are lost at the cover no others lead on."""
+    event = next(event for event in swings().events if event.kind == "brake loss")
+    z = swings().points[event.index]
+    assert np.max(np.abs(z - event.z)) < 0.1
+    times = np.linspace(0.0, 2 * np.pi / z[-1], 13)
+    run = rods().propagate(z[:2], np.zeros(2), 0.0, times[-1], 1e-16, times=times, p=RODS_P)
+    assert {recognised(rods(), RODS_P, q, v, z[-1]) for q, v in zip(run.q_at, run.v_at, strict=True)} == {("quarter", 1)}
+    opened = opening_at(rods(), RODS_P, swings(), event)
+    assert isinstance(opened, Opening) and opened.around is not None and len(opened.around) == 23
+    assert first_points(rods(), RODS_P, opened, settings(None))[1] == ["Newton reached no orbit beside it that its own family has not"]
+
+
+@pytest.mark.parametrize(("kind", "hold"), [("odd", "theta_dot_1"), ("unequal", "energy"), ("half", "theta_1")])
 def test_orbits_of_fewer_symmetries_come_back_over_their_period(kind: str, hold: str) -> None:
     """At the other length the start still comes back, as the flow of that chain says; and turned back it is the same orbit."""
     start = beyond(kind)

@@ -19,6 +19,8 @@ RANK: Final = {"whole": 0, "half": 1, "odd": 1, "unequal": 1, "quarter": 2}
 _MOST: Final = 99
 """Traversals that are looked for."""
 _SAMPLES: Final = 240
+_ALIKE: Final = 0.1
+"""Samples of dips, in the largest size, that one and the same depth may have."""
 _ROUNDS: Final = 4
 
 
@@ -49,11 +51,17 @@ class Motion:
         times = np.linspace(0.0, self.period, _SAMPLES)
         values = size(*self.at(times))
         largest = float(np.max(values))
+        beside = np.minimum(np.append(values[1:], np.inf), np.append(np.inf, values[:-1]))
+        # Dips beside a cover are as good as alike: which is the least its samples do not tell.
+        dips = np.flatnonzero((values <= beside) & (values < values.min() + _ALIKE * largest))
+        return min((self._dip(size, times, int(k), largest) for k in dips), key=lambda found: found[1])
+
+    def _dip(self, size: Callable[[Vector, Vector], Vector], times: Vector, k: int, largest: float) -> tuple[float, float]:
+        """The least of a size beside one of its samples: when, and what it is in the largest."""
         for _ in range(_ROUNDS):
-            k = int(np.argmin(values))
             times = np.linspace(times[max(k - 1, 0)], times[min(k + 1, len(times) - 1)], 24)
             values = size(*self.at(times))
-        k = int(np.argmin(values))
+            k = int(np.argmin(values))
         return float(times[k]), float(values[k]) / largest
 
     def comes_back(self, sign: float) -> bool:

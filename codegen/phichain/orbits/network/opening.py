@@ -3,7 +3,9 @@ which the new branch leaves.
 
 The orbit at the event solves the problem of the kind with fewer symmetries too, and its Jacobian has two null
 vectors there: the family's own tangent, and across it the perturbation that breaks the symmetry. At a cover
-the shorter orbit is a regular one of its own family.
+the shorter orbit is a regular one of its own family. Where a symmetry ends at a cover every perturbation of the
+longer orbit closes to first order: a third null vector stands across, and which way in their plane leads on only higher
+orders tell. It is tried all round.
 """
 
 from __future__ import annotations
@@ -31,6 +33,8 @@ _OFFSETS: Final = (0.02, 0.05, 0.01, 0.1, 0.005)
 singular."""
 _SINGULAR: Final = 1e-5
 """Second smallest singular value, in the largest, below which a second null vector is believed."""
+_ROUND: Final = 24
+"""Directions that are tried in a plane of null vectors."""
 _BESIDE: Final = 1e-4
 """Arclength over which a family's tangent is carried into other unknowns."""
 
@@ -45,12 +49,15 @@ class Opening(Held):
         directions: Unit vectors in scaled unknowns (k, n + 1), one a branch.
         is_regular: Whether the event's orbit is a regular one of the new family (a cover), and not where it
             branches off.
+        around: Further directions (m, n + 1), for a branch whose own direction leads to none; where null vectors leave the
+            way open.
     """
 
     kind: str
     z: Vector
     directions: Vector
     is_regular: bool
+    around: Vector | None = None
 
 
 def opening_at(system: System, p: Parameters | None, branch: Branch, event: Special) -> Opening | str:
@@ -77,12 +84,25 @@ def opening_at(system: System, p: Parameters | None, branch: Branch, event: Spec
     _, sizes, rows = np.linalg.svd(jacobian)
     if not sizes[-1] < _SINGULAR * sizes[0]:
         return f"only one family passes there: the second null vector is missing by {sizes[-1] / sizes[0]:.1g}"
-    null = rows[-2:]
-    own_part = null @ (carried / np.linalg.norm(carried))
-    across = np.array([-own_part[1], own_part[0]]) @ null
-    across = across / np.linalg.norm(across)
+    across = _across(rows[np.count_nonzero(sizes >= _SINGULAR * sizes[0]) :], carried)
     both = event.kind == BRANCH_POINT
-    return Opening(target, z, np.array([across, -across] if both else [across]), False)
+    return Opening(target, z, np.array([across[0], -across[0]] if both else across[:1]), False, across[1:])
+
+
+def _across(null: Vector, own: Vector) -> Vector:
+    """Directions within null vectors (rows) across a family's own: one where two are null, those all round a plane where three
+    are, and both ways along each axis where more are."""
+    own = null.T @ (null @ own)
+    left = null.T @ null - np.outer(own, own) / (own @ own)
+    axes = []
+    for _ in null[1:]:
+        axis = left[np.argmax(np.diag(left))]
+        axes.append(axis / np.linalg.norm(axis))
+        left = left - np.outer(axes[-1], axes[-1])
+    if len(axes) != 2:
+        return np.array([*axes, *(-axis for axis in axes)] if len(axes) > 1 else axes)
+    angles = 2 * np.pi * np.arange(_ROUND) / _ROUND
+    return np.outer(np.cos(angles), axes[0]) + np.outer(np.sin(angles), axes[1])
 
 
 def regular_opening(system: System, p: Parameters | None, kind: str, z: Vector) -> Opening:
@@ -122,6 +142,16 @@ def first_points(system: System, p: Parameters | None, opened: Opening, engine: 
 
 
 def _entered(system: System, p: Parameters | None, opened: Opening, problem: Problem, way: Vector, engine: Engine) -> Point | str:
+    """The first point of a branch in its direction, or in one of those around."""
+    found = _entered_along(system, p, opened, problem, way, engine)
+    for other in () if opened.around is None else opened.around:
+        if not isinstance(found, str):
+            break
+        found = _entered_along(system, p, opened, problem, other, engine)
+    return found
+
+
+def _entered_along(system: System, p: Parameters | None, opened: Opening, problem: Problem, way: Vector, engine: Engine) -> Point | str:
     """The first point of a branch a little beyond where it opens, none of the family that it leaves."""
     known: list[Vector] = []
     for offset in _OFFSETS:
