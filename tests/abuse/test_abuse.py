@@ -51,6 +51,7 @@ def test_there_are_enough_of_them() -> None:
     assert len(CASES) >= 476 and len({(name, argument, value, bad) for name, argument, value, _, bad in CASES}) == len(CASES)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", [name for name, call in BY_NAME.items() if call.clean != {"path": None}])
 def test_a_typed_error_or_the_right_value(s: SimpleNamespace, name: str) -> None:
     call = BY_NAME[name]

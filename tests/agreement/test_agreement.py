@@ -104,6 +104,7 @@ def results(case: Case, name: str) -> dict[str, NDArray[np.float64]]:
     return dict(zip((a.name for a in outputs), found if len(outputs) > 1 else [found], strict=True))
 
 
+@pytest.mark.long
 @over(*SCENES)
 def test_c_is_the_oracle(case: Case) -> None:
     assert set(case.programs) == set(case.scene.want)
@@ -114,6 +115,7 @@ def test_c_is_the_oracle(case: Case) -> None:
             assert np.max(error) <= 1e-12, (name, output)
 
 
+@pytest.mark.long
 @over(*FLOAT_SCENES)
 def test_c_in_single_precision_is_the_oracle_rounded(case: Case) -> None:
     """Rounding errors grow with the condition of a state: judged by their median, the worst one loosely."""
@@ -174,6 +176,7 @@ def difference_quotient(
         return np.array([float((a - b) / (2 * step)) for a, b in zip(*sides, strict=True)])
 
 
+@pytest.mark.long
 @over(*SCENES, *FLOAT_SCENES)
 def test_casadi_is_the_oracle(case: Case) -> None:
     """CasADi computes in double precision whatever the scene says."""

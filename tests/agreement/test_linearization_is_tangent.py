@@ -19,6 +19,7 @@ def chain() -> System:
     return build(find_scene("paper_b"))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("signs", list(product((1.0, -1.0), repeat=LINKS)))
 def test_linearisation_is_the_tangent_of_the_nonlinear_code(chain: System, signs: tuple[float, ...]) -> None:
     """With q_k = s_k e_3 + xi_k x s_k e_3, omega_k' = xi_k'': the xi-part of dadq and dadu is -M^-1 G and M^-1 B."""

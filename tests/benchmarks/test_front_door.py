@@ -31,6 +31,7 @@ def test_what_a_folder_takes_is_all_of_its_files(tmp_path: Path) -> None:
     assert megabytes(tmp_path) == pytest.approx(0.25, abs=1e-3)
 
 
+@pytest.mark.long
 def test_an_fmu_moves_as_simulate_does(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(exchanged, "SCENES", exchanged.SCENES[1:2])
     apart, problems = exchanged.table(tmp_path).rows

@@ -25,6 +25,7 @@ FEWER = {
 """Tables of which a part will do here: what is cut, and what is left of it."""
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", MODULES)
 def test_a_table_runs_without_its_peers(name: str, no_peers: None, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     module = import_module(MODULES[name])

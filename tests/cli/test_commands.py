@@ -190,12 +190,14 @@ def test_simulate_takes_runtime_parameters_and_a_start(command: Command, tmp_pat
     np.testing.assert_allclose(table["theta_1"], [1e-4, -1e-4, 1e-4], rtol=1e-6)
 
 
+@pytest.mark.long
 def test_trace_draws_a_family(command: Command, tmp_path: Path) -> None:
     answer = command("trace", "planar1", "--out", "f.csv", "--out", "f.png")
     assert answer.code == 0, answer.err
     assert (tmp_path / "f.png").stat().st_size > 10_000
 
 
+@pytest.mark.long
 def test_lqr_steadies_the_chain_of_paper_b(command: Command, tmp_path: Path) -> None:
     answer = command("lqr", "paper_b", "--up", "none", "--lean", 0.5, "--out", "c.csv", "--out", "c.png")
     assert answer.code == 0, answer.err
@@ -204,12 +206,14 @@ def test_lqr_steadies_the_chain_of_paper_b(command: Command, tmp_path: Path) -> 
     assert (tmp_path / "c.png").stat().st_size > 10_000
 
 
+@pytest.mark.long
 def test_lqr_says_so_when_the_chain_is_too_far_off(command: Command) -> None:
     answer = command("lqr", "planar3_cart", "--lean", 2.5)
     assert answer.code == 0, answer.err
     assert "not brought back" in answer.out
 
 
+@pytest.mark.long
 def test_the_tour_leaves_code_and_a_report_with_all_its_figures(command: Command, tmp_path: Path) -> None:
     answer = command("tour", "--out", "left")
     assert answer.code == 0, answer.err

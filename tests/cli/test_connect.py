@@ -20,6 +20,7 @@ def test_it_writes_what_its_files_are_called(command: Command, tmp_path: Path) -
     assert Connection.from_npz(tmp_path / "one.npz").digest == find_scene("planar1").digest
 
 
+@pytest.mark.long
 def test_a_single_precision_scene_is_searched_in_double(command: Command, tmp_path: Path) -> None:
     """Link by link the motion of its twin, and on file the scene that was given."""
     chain = '[chain]\nlinks = 1\nmass = 0.75\nlength = 0.625\n[functions]\nwant = ["forward_dynamics"]\n'
@@ -32,6 +33,7 @@ def test_a_single_precision_scene_is_searched_in_double(command: Command, tmp_pa
     assert small.digest == find_scene("small.toml").digest and small.q.tolist() == twin.q.tolist()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("words", "said"),
     [

@@ -39,6 +39,7 @@ def selftest(folder: Path) -> int:
     return subprocess.run([str(folder / "t")], check=False).returncode
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("words", "kind", "said"),
     [

@@ -15,6 +15,7 @@ from benchmarks.firmware.targets import HOST
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("script", sorted(EXAMPLES.glob("*.py")), ids=lambda path: path.stem)
 def test_an_example_runs_alone(script: Path, tmp_path: Path, cache_folder: Path) -> None:
     environment = {**os.environ, "PHICHAIN_CACHE": str(cache_folder)}

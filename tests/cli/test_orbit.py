@@ -12,6 +12,7 @@ from tests import tables
 from tests.cli.conftest import Command
 
 
+@pytest.mark.long
 def test_an_orbit_of_a_saved_family(command: Command, tmp_path: Path) -> None:
     assert command("trace", "planar1", "--until", "theta_1=2.5", "--out", "f.json", "--out", "f.csv", "--out", "f.png").code == 0
     answer = command("orbit", "f.json", "--at", "theta_1=1.5", *(f"--out=o{kind}" for kind in (".json", ".csv", ".npz", ".png", ".gif", ".html")))

@@ -92,6 +92,7 @@ def test_control_c_leaves_a_file_to_go_on_from_though_more_was_asked_for(command
     assert not (tmp_path / "never.json").exists()
 
 
+@pytest.mark.long
 def test_a_family_by_harmonics(command: Command, tmp_path: Path) -> None:
     answer = command("trace", "planar1", "--method", "harmonics", "--until", "theta_1=1.5", "--out", "f.json")
     assert answer.code == 0, answer.err

@@ -155,6 +155,7 @@ def test_a_damped_scene_is_told_what_there_is(command: Command, tmp_path: Path) 
     assert answer.code == 2 and "come to rest" in answer.err and answer.err.count("\n") == 1
 
 
+@pytest.mark.long
 def test_a_single_precision_scene_is_followed_in_double(command: Command, tmp_path: Path) -> None:
     """It is said, memory limits of a controller do not count, and the file is that scene's: its orbits are those of its twin."""
     chain = 'links = 2\nmass = [0.75, 0.375]\nlength = [0.625, 0.3125]\ninertia = [0.015625, 0.0]\n[functions]\nwant = ["forward_dynamics"]\n'
@@ -191,6 +192,7 @@ def test_progress_is_for_terminals(monkeypatch: pytest.MonkeyPatch, capsys: pyte
     assert capsys.readouterr().err.endswith("1 points, amplitude 0.7500 rad, omega 3.25 rad/s, arclength 2.0000, step 0.01")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("method", ["shooting", "one harmonic"])
 def test_what_is_told_on_the_way_is_amplitude_and_frequency_in_their_units(method: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Against the family itself, of a chain whose frequency is far from 1: unknowns are scaled while a run goes on."""
@@ -204,6 +206,7 @@ def test_what_is_told_on_the_way_is_amplitude_and_frequency_in_their_units(metho
         assert amplitude(point) + frequency(point) == f"amplitude {max(abs(z[:-1])):.4f} rad, omega {z[-1]:.5g} rad/s, "
 
 
+@pytest.mark.long
 def test_a_network_is_written_and_gone_on_with(command: Command, tmp_path: Path) -> None:
     """Two links up to a little beyond the odd loss; a family from a point of a file, and one from a state and a period."""
     answer = command("trace", "planar2", "--until", "theta_1=1.1", "--switch", "--max-points", 30, "--out", "n.json", "--out", "n.png")

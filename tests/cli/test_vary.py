@@ -13,6 +13,7 @@ CHAIN = 'name = "ending"\n[chain]\nlinks = 1\nmass = 0.75\nlength = 0.625\n[func
 ASKED = ("vary", "ending.toml", "--parameter", "gravity", "--until", 8, "--out", "v.json")
 
 
+@pytest.mark.long
 def test_an_orbit_that_the_family_does_not_reach_is_not_replaced(command: Command, tmp_path: Path) -> None:
     """A pendulum is nowhere faster than at rest: its last orbit, at pi, is none of 9 rad/s to hold."""
     (tmp_path / "ending.toml").write_text(CHAIN)

@@ -67,6 +67,7 @@ def accelerations(of: Scene, arguments: Arguments) -> np.ndarray:
     return evaluate(program, {a.name: arguments[a.name] for a in (*program.params, *program.inputs)})["a"]
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("more_laws")
 @pytest.mark.parametrize("space", ["planar", "spatial"])
 @pytest.mark.parametrize("base", ["lift", "shaker"])

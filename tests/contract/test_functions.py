@@ -64,6 +64,7 @@ def test_what_is_on_request_says_why_and_stands_in_no_list_of_all() -> None:
     assert not set(ON_REQUEST) & {*PLANAR_FUNCTIONS, *SPATIAL_FUNCTIONS}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("chain", [*kinds(2)][::3], ids=label)
 def test_a_program_has_the_arguments_of_its_row(chain: Scene) -> None:
     """Jacobians too, which a transform makes: names, extents and words, inputs before outputs."""

@@ -66,6 +66,7 @@ def comes_home(rig: Rig, which: int, xi: np.ndarray) -> bool:
     return False
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", ["double", "space"])
 def test_the_radius_is_that_of_a_bisection_of_every_direction(rigs: dict[str, Rig], kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Two directions at a time, so that later ones lower what the first ones left."""
@@ -118,6 +119,7 @@ def starts_of(five: tuple[System, GainTable, ClosedLoop], which: int) -> np.ndar
     return turned(five[0], five[1].signs[which], 0.002 * rays / np.linalg.norm(rays, axis=1, keepdims=True))
 
 
+@pytest.mark.long
 def test_the_float_law_stabilises_all_32_equilibria_at_a_kilohertz(five: tuple[System, GainTable, ClosedLoop]) -> None:
     """From every start the cost to go falls to a hundred-thousandth within 15 s, and has stayed below six times its first value till then."""
     table, flown = five[1:]

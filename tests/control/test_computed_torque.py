@@ -39,6 +39,7 @@ def test_one_link_needs_the_torque_of_the_book() -> None:
         )
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("rate", [None, 5.0])
 @pytest.mark.parametrize("angles", ["relative", "absolute", "adjacent"])
 def test_the_exact_model_follows_to_round_off(rate: float | None, angles: str) -> None:

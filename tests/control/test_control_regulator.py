@@ -104,6 +104,7 @@ def nudged(s, angles, azimuth: float = 0.7) -> np.ndarray:
     return np.concatenate([[0.0, 0.0], directions.ravel(), np.zeros(17)])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("s", "tilt"), [((1, 1, 1, 1, 1), 0.3), ((1, -1, -1, 1, 1), 5e-3), ((-1,) * 5, 4e-4)]
 )

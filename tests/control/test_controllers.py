@@ -108,6 +108,7 @@ def float_law(law: StateFeedback, folder: Path) -> ctypes._FuncPointer:  # type:
     return function
 
 
+@pytest.mark.long
 def test_every_equilibrium_of_paper_b_is_held_at_1_khz_by_the_float_law(tmp_path: Path) -> None:
     """All 32: the nonlinear chain by its own flow from sample to sample, its state rounded to single precision, the input held."""
     reference, seconds, period = paper_b(), 0.4, 1e-3

@@ -62,6 +62,7 @@ def as_casadi_counts(array: Any, jacobian: NDArray[np.float64]) -> NDArray[np.fl
     return jacobian[np.arange(array.size).reshape(rows, columns).ravel(order="F")]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", KINDS)
 def test_values_are_those_of_the_programs(kind: str, build: Callable[[str], Built]) -> None:
     built = build(kind)
@@ -158,6 +159,7 @@ def symbols(folder: Path, file: str, kinds: str) -> set[str]:
     return {words[-1] for words in lines if words[-2] in kinds}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", ["planar", "spatial_loops"])
 def test_symbols_carry_the_scene_s_name_and_no_state(kind: str, build: Callable[[str], Built]) -> None:
     built = build(kind)

@@ -65,6 +65,7 @@ def operations(function: Any) -> int:
     return sum(function.instruction_id(i) not in moves for i in range(function.n_instructions()))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", NAMES)
 def test_functions_agree_with_the_programs_on_random_states(name: str) -> None:
     scene, lowered = lowered_by_name(name)

@@ -16,6 +16,7 @@ KEYS: dict[str, Any] = {
 }  # fmt: skip
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("word", ["loop", "wide", "phi", "law", "stem_arm", "phi_arm", "wide_arm", "STEM_arm"])
 def test_flows_of_a_chain_with_such_a_name(word: str) -> None:
     other = "qzqxqzqxq"[: len(word)]

@@ -76,6 +76,7 @@ def compile_alone(folder: Path, compiler: str, made: list[tuple[int, Combination
     assert done.returncode == 0 and not done.stderr, done.stderr
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("compiler", COMPILERS)
 def test_all_together_in_every_combination(compiler: str, tmp_path: Path) -> None:
     need(compiler)
@@ -90,6 +91,7 @@ def test_all_together_in_every_combination(compiler: str, tmp_path: Path) -> Non
     )
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("compiler", COMPILERS)
 @pytest.mark.parametrize("count", range(1, len(STENCILS) + 1), ids=STENCILS)
 def test_each_behind_those_it_leans_on(count: int, compiler: str, tmp_path: Path) -> None:

@@ -49,6 +49,7 @@ def start(scene: Scene, given: dict[str, float]) -> tuple[np.ndarray, np.ndarray
     return q, v, np.array([given.get(name, 0.0) for name in scene.u_names]) if scene.nu else None
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("scene", "given", "p", "most"), CASES, ids=lambda value: getattr(value, "name", ""))
 def test_co_simulation_ends_where_simulate_does(written: dict[str, Path], scene: Scene, given: dict[str, float], p: Any, most: float) -> None:
     path = str(written[scene.name])

@@ -31,6 +31,7 @@ def test_the_starts_are_the_printed_ones() -> None:
         np.testing.assert_allclose(np.linalg.norm(run.links, axis=1), 1.0, rtol=1e-15)
 
 
+@pytest.mark.long
 def test_figure_2_has_the_paper_s_energy_and_keeps_it(runs: dict) -> None:
     motion, gains = runs["B2"]
     assert gains is None and motion.t[-1] == 10.0
@@ -60,6 +61,7 @@ def test_figure_2_keeps_the_horizontal_momentum(runs: dict, cart: System) -> Non
     np.testing.assert_allclose(momentum, 0.0, rtol=0, atol=1e-11)
 
 
+@pytest.mark.long
 def test_figure_2_is_the_motion_of_thirty_digits_for_two_seconds(runs: dict) -> None:
     """Another form, another order, integers: `benchmarks.papers.paper_b_digits` shares nothing with phichain but (23)."""
     motion, _ = runs["B2"]

@@ -28,6 +28,7 @@ def short() -> dict:
     return {links: families(links) for links in (1, 2, 3)}
 
 
+@pytest.mark.long
 def test_one_link_is_paper_a_s_equation_21(short: dict) -> None:
     (family,) = short[1]
     amplitude, omega = family.column("amplitude_theta_1"), family.column("omega")
@@ -70,6 +71,7 @@ def test_the_orbits_come_back(orbit) -> None:
     np.testing.assert_allclose(run.q[1:], [-q, q], rtol=0, atol=1e-9)
 
 
+@pytest.mark.long
 def test_the_slowest_mode_tends_to_the_hanging_chain() -> None:
     limit = hanging_chain_frequency()
     assert limit == pytest.approx(2.404825557695773 / 2 * np.sqrt(9.81), rel=1e-15)
@@ -99,6 +101,7 @@ def test_the_sheet_shows_families_orbits_and_the_exact_curve(short: dict) -> Non
     assert len(orbits) == 6 and sum(line.get_markerfacecolor() == "white" for line in orbits) == 2
 
 
+@pytest.mark.long
 def test_the_exact_families_are_drawn_over_one_harmonic(short: dict) -> None:
     exact = {links: exact_families(links) for links in (1, 2)}
     sheet = charts({links: short[links] for links in (1, 2)}, {1: short[1][0]}, OMEGA_0, exact)

@@ -35,6 +35,7 @@ def test_every_figure_has_a_name() -> None:
     assert list(FIGURES) == ["A2", "A3", "A4", "A5", "A6", "A7", "B2", "B3", "B4", "E2", "E3", "E4", "G4", "N2", "C2", "U2"]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["A2", "a3"])
 def test_a_figure_is_one_command_away(app: typer.Typer, name: str, tmp_path: Path) -> None:
     answer = RUNNER.invoke(app, ["figure", name, "--out", str(tmp_path)])

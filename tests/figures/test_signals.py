@@ -110,6 +110,7 @@ def test_the_sheets_show_every_coordinate_and_part(single: Case) -> None:
     assert np.abs(mesh).max() == pytest.approx(1.0, abs=0.3)
 
 
+@pytest.mark.long
 def test_figures_5_and_6_show_link_1_alone(wave: Case, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert len(surfaces(wave[1], "title", 1).axes) == 6 and len(surfaces(wave[1], "title").axes) == 18
     shown = {}
@@ -179,6 +180,7 @@ def test_the_page_works_without_a_server(wave: Case, single: Case, tmp_path: Pat
     assert clicked != played and all(reading.endswith("in SI units") for reading in seen["readings"])
 
 
+@pytest.mark.long
 def test_any_planar_scene_can_be_followed(tmp_path: Path) -> None:
     scene = Scene(
         "sprung",

@@ -81,6 +81,7 @@ def test_cmake_builds_tests_installs_and_is_found(packages: dict[str, Path], tmp
     run(user / "build" / "user")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("package", [None, "cmake"])
 def test_a_scene_with_a_hook_builds_and_runs_its_own_self_test(package: str | None, tmp_path: Path) -> None:
     """By the C library where nothing is said, and by what the user names."""

@@ -22,6 +22,7 @@ def carrying() -> Any:
     return build(followed(DOUBLE, START), prove=False)
 
 
+@pytest.mark.long
 def test_carried_columns_are_differences(carrying: Any) -> None:
     """At rows and, where inputs change between them, over their breaks."""
     made = swung_briefly().noisy(0.0, 0)

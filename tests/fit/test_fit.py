@@ -35,6 +35,7 @@ from tests.fit.measured import (
 TRUE_X0 = [1.5, 0.5, 0.0, 0.0]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", range(5))
 def test_parameters_come_back_within_their_errors(seed: int) -> None:
     found = fit(system(DOUBLE), swung().noisy(1e-3, seed), START, fixed=KNOWN)
@@ -103,6 +104,7 @@ def test_a_known_start_is_kept() -> None:
     assert (np.abs(found.values - list(TOLD.values())) < 4 * found.standard_error).all()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("between", ["held", "linear"])
 def test_inputs_are_put_in(between: str) -> None:
     """A cart that is pushed: with a known force even the masses' scale is told."""

@@ -24,6 +24,7 @@ def measured(tmp_path: Path) -> Path:
     return tmp_path
 
 
+@pytest.mark.long
 def test_all_files_are_written(command: Command, measured: Path) -> None:  # noqa: F811
     names = ("fit.json", "fit.csv", "fit.png", "fitted.toml")
     answer = command("fit", "double.toml", "data.csv", *WORDS, *FIXED, *(word for name in names for word in ("--out", name)))

@@ -13,6 +13,7 @@ from phichain.scene import Scene
 from tests.flow.flows import CHAINS, STRICT, planar, unit
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "chain",
     [*CHAINS.values(), planar(1, "single_one", target={"real": "float"})],

@@ -80,6 +80,7 @@ def test_no_mutant_of_a_forced_factorisation_passes() -> None:
     assert refused >= 30
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["adjacent", "shaken", "one", "coms_stepped"])
 def test_the_flow_is_the_lagrangians(name: str) -> None:
     """Forwards from t = 0 against extrapolation in 50 digits, the derivatives of which are differences of such motions."""
@@ -178,6 +179,7 @@ def test_what_nothing_forces_and_what_knows_no_forcing(driven: Any) -> None:
         free([0.1], [0.0], 0.0, 1.0, 1e-12, forcing=(1.0, 2.0))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["shaken", "tips"])
 def test_a_phase_goes_through_the_scenes_own_sines_and_cosines(name: str, tmp_path: Path) -> None:
     """With bundled trigonometry no library is asked, and the motion is the same to the last digits; late, too."""

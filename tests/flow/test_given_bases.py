@@ -109,6 +109,7 @@ def flown(of: System, flow: str, start: Sequence[float], inputs: Sequence[Sequen
     return np.concatenate([q[-1], v[-1]] if lanes > 1 else [q, v])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("flow", FLOWS)
 @pytest.mark.parametrize("run", RUNS)
 def test_motion_over_segments_of_constant_acceleration(run: str, flow: str) -> None:

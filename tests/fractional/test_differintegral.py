@@ -118,6 +118,7 @@ def test_integrals_compose(alpha: float, beta: float) -> None:
     assert np.max(np.abs(twice - direct)) < 1e-5
 
 
+@pytest.mark.long
 @given(st.lists(st.floats(-3.0, 3.0), min_size=1, max_size=12), st.sampled_from(ORDERS))
 def test_an_order_does_not_depend_on_its_neighbours(orders: list[float], order: int) -> None:
     t, signal = sampled(500)

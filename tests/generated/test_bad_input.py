@@ -83,6 +83,7 @@ def test_a_full_disk_keeps_what_was_generated_before(tmp_path: Path, monkeypatch
     assert everything_under(tmp_path) == before
 
 
+@pytest.mark.long
 def test_a_read_only_folder_is_named_by_the_command(tmp_path: Path) -> None:
     (tmp_path / "locked").mkdir(mode=0o500)
     if os.access(tmp_path / "locked", os.W_OK):
@@ -94,6 +95,7 @@ def test_a_read_only_folder_is_named_by_the_command(tmp_path: Path) -> None:
     assert done.stderr.startswith("phichain: output") and str(out) in done.stderr
 
 
+@pytest.mark.long
 def test_a_file_size_limit_is_an_error_of_the_folder(tmp_path: Path) -> None:
     """As under a quota: the system refuses to let a file grow, with a signal that Python turns into an error."""
     limit = "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (2000, 2000))"
@@ -103,6 +105,7 @@ def test_a_file_size_limit_is_an_error_of_the_folder(tmp_path: Path) -> None:
     assert everything_under(tmp_path) == {}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("step", "existed"),
     [("os.fsync", False), ("os.rename", False), ("os.fsync", True), ("phichain.files._exchange", True)],
@@ -193,6 +196,7 @@ def arguments(system: System, value: float) -> dict[str, list[np.ndarray | float
     }
 
 
+@pytest.mark.long
 def test_nan_in_is_nan_out(system: System) -> None:
     for name, given in arguments(system, np.nan).items():
         results = getattr(system, name)(*given)

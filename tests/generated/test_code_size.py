@@ -35,6 +35,7 @@ def code(kind: str, links: int, folder: Path) -> dict[str, int]:
     return bytes_of_functions(compiled(write_c(scene, folder), "-std=c99", "-Os", "-fno-inline"))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", KINDS)
 def test_loops_cost_the_same_code_for_any_number_of_links(kind: str, tmp_path: Path) -> None:
     # Above 48 links Jacobians keep two rows of states instead of all: another function.

@@ -149,6 +149,7 @@ def has_float_literal_power(node: ast.AST) -> bool:
     )  # fmt: skip
 
 
+@pytest.mark.long
 def test_the_road_is_the_whole_one() -> None:
     assert {
         "phichain.scene.scene", "phichain.mechanics.lagrange", "phichain.lowering.rates", "phichain.reference.masses",

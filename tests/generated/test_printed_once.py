@@ -43,6 +43,7 @@ def printed(monkeypatch: pytest.MonkeyPatch) -> Counter[tuple[str, str]]:
     return counts
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", SCENES)
 def test_a_folder_prints_each_program_once(kind: str, printed: Counter[tuple[str, str]]) -> None:
     scene = SCENES[kind]

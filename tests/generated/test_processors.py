@@ -37,6 +37,7 @@ def first_difference(one: bytes, other: bytes) -> str:
     return next((f"line {i}: {a!r} against {b!r}" for i, (a, b) in enumerate(pairs, 1) if a != b), "line ends")
 
 
+@pytest.mark.long
 def test_every_byte_is_the_same(generated_once: Callable[[Scene], Path], tmp_path: Path) -> None:
     """This process and the other one write side by side."""
     path = os.pathsep.join([str(ROOT / "codegen"), str(ROOT)])

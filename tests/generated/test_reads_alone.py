@@ -112,6 +112,7 @@ RICH = (
 """Kinds of chains that between them have nearly every name: looked at before the others, which are then seldom needed."""
 
 
+@pytest.mark.long
 def test_the_table_s_names_are_names_of_programs() -> None:
     """No row is about a name that no function has: each is found in a Program of some chain."""
     missing = {row.name for group in TABLE for row in group.rows if group.functions & WANTED and "flow_order" not in group.functions}

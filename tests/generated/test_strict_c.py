@@ -50,6 +50,7 @@ def kinds_of_one_link() -> list[Scene]:
     return scenes
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", COMMITTED)
 def test_a_committed_scene_compiles_to_what_it_wants_and_mathematics(name: str, tmp_path: Path) -> None:
     """No warning; every wanted function exported and nothing else; no state; no allocation, no input or output."""
@@ -60,6 +61,7 @@ def test_a_committed_scene_compiles_to_what_it_wants_and_mathematics(name: str, 
     assert found.writable == frozenset()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("code", ["loops", "unrolled"])
 @pytest.mark.parametrize("name", sorted(set(COMMITTED) - {"spatial4_full"}))
 def test_the_other_forms_of_committed_scenes_compile_without_a_warning(
@@ -70,6 +72,7 @@ def test_the_other_forms_of_committed_scenes_compile_without_a_warning(
     compiled(write_c(replace(committed(name), **form), tmp_path), *STRICT, "-O0")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("scene", kinds_of_one_link(), ids=lambda scene: scene.name)
 def test_one_link_compiles_without_a_warning_in_every_form(scene: Scene, tmp_path: Path) -> None:
     for code, real in product(("loops", "unrolled"), ("double", "float")):

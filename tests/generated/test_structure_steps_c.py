@@ -25,6 +25,7 @@ KINDS: dict[str, dict[str, Any]] = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", KINDS)
 def test_it_compiles_without_a_word_and_exports_the_steps_alone(name: str, tmp_path: Path) -> None:
     for code, real in product(("loops", "unrolled"), ("double", "float")):

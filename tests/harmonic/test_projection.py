@@ -41,6 +41,7 @@ def evaluated(scene: Scene, amplitude: list[float], omega: float) -> list[Any]:
     return [mp.mpf(row.xreplace(point).evalf(25)) for row in phi_expressions(scene)]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("angles", ["relative", "absolute", "adjacent"])
 @pytest.mark.parametrize("links", range(1, 9))
 def test_closed_form_is_the_projection_integral(links: int, angles: str) -> None:

@@ -44,6 +44,7 @@ def drawn(source: Random, decades: float, base: str, angles: str, com: bool) -> 
     )  # fmt: skip
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("base", "angles"), list(product(("fixed", "cart"), ("relative", "absolute", "adjacent"))))
 def test_against_the_dense_lagrangian(base: str, angles: str) -> None:
     source, worst = Random(f"losses {base} {angles}"), 0.0

@@ -45,6 +45,7 @@ def field(scene: Scene, u: tuple[float, ...] = ()) -> Field:
     return lambda x: [*x[scene.nq :], *accelerations(scene, x[: scene.nq], x[scene.nq :], u)]
 
 
+@pytest.mark.long
 def test_the_references_can_be_made() -> None:
     """The first hundredth of a second of the braked swing, once more, by the emitted accelerations as well."""
     x = [0.1, 0.4, -0.9, 0.3, 1.0, -2.0]
@@ -54,6 +55,7 @@ def test_the_references_can_be_made() -> None:
     assert np.max(np.abs(found.x[-1] - right)) < 1e-11
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("speed", sorted(AFTER))
 def test_what_sticks_ends_right(speed: float) -> None:
     """`auto` at every tolerance, and the stiff flow asked for by name."""
@@ -65,6 +67,7 @@ def test_what_sticks_ends_right(speed: float) -> None:
             assert np.max(np.abs(found.x[-1] - AFTER[speed])) < most, (tol, method)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("speed", sorted(AFTER)[1:])
 def test_the_taylor_flow_sticks_as_well(speed: float) -> None:
     """At round-off, one at a time and many at once; its steps are as short as v_0 asks for."""
@@ -86,6 +89,7 @@ def rubbing() -> Iterator[Scene]:
     yield Scene("rubbed_geared", 2, **links, **dry, **cart, armature=[0.03, 0.01], angles="absolute", **FLOWN)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("scene", list(rubbing()), ids=lambda scene: scene.name)
 def test_the_taylor_flow_with_friction_is_the_motion_and_its_columns_the_differences(scene: Scene) -> None:
     system, h = build(scene), 1e-4

@@ -23,6 +23,7 @@ SPATIAL = [chain for chain in CHAINS if not chain.is_planar]
 _DIGITS = 1e-12
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("chain", CHAINS, ids=label)
 def test_every_function_is_proven(chain: Scene) -> None:
     want = offered(chain, flows=True)
@@ -34,11 +35,13 @@ def test_every_function_is_proven(chain: Scene) -> None:
     }  # fmt: skip
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("chain", CHAINS, ids=label)
 def test_every_function_is_the_reference(chain: Scene) -> None:
     agree(chain, offered(chain))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("chain", SPATIAL, ids=label)
 def test_spatial_jacobian_along_the_manifold(chain: Scene) -> None:
     program = lower_function(derive(chain), "state_jacobian", "loops")

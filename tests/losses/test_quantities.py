@@ -46,6 +46,7 @@ def named(space: str, **keys: Any) -> tuple[Scene, dict[str, set[str]]]:
     return scene, {program.name: names_of(program) for program in programs}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("base", "com"), [("fixed", None), ("cart", [0.2, 0.3, 0.35])], ids=["fixed", "cart"])
 @pytest.mark.parametrize("space", ["planar", "spatial"])
 def test_every_name_that_dry_friction_brings_has_its_row(space: str, base: str, com: Any) -> None:

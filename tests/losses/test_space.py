@@ -108,6 +108,7 @@ RUBBED: dict[str, dict[str, Any]] = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", RUBBED)
 def test_the_taylor_flow_is_the_motion_and_its_columns_the_differences(name: str) -> None:
     """By tensions, by the articulated sweep and by moments; from rest, from rates below the last digit, and from fast ones."""
@@ -131,6 +132,7 @@ def test_the_taylor_flow_is_the_motion_and_its_columns_the_differences(name: str
     assert np.max(np.abs(found @ along - slope)) < 2e-9 * max(1.0, np.max(np.abs(slope)))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("real", "slow"), [("float", 1e-3), ("double", 1e-8)])
 def test_the_flow_stays_in_range_far_from_rest(real: str, slow: float) -> None:
     """Rates of order one over such speeds have squares whose powers are no numbers of the type; tanh is 1, and another speed changes nothing."""

@@ -23,6 +23,7 @@ def accelerations(chain: Scene, inputs: dict[str, Any], code: str = "loops") -> 
     return evaluate(program, {array.name: inputs[array.name] for array in program.inputs})["a"]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("form", FORMS)
 @pytest.mark.parametrize("case", [*vectors(), *vectors_more()], ids=str)
 def test_vectors(case: ReferenceCase, form: str) -> None:
@@ -54,6 +55,7 @@ def check(hard: Hard, slack: float = 20.0) -> None:
     assert error < 1e-14 or error < slack * hard.attainable(), error
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("spread", "place"), list(product(SPREADS, PLACES)), ids=str)
 @pytest.mark.parametrize(
     "more",
@@ -73,6 +75,7 @@ SHAPES = [
 ]  # fmt: skip
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("more", SHAPES, ids=lambda more: "-".join(f"{k}={v}" for k, v in more.items()))
 @pytest.mark.parametrize("place", ["at the end", "half way"])
 @pytest.mark.parametrize("spread", ["alike", "heavy tip", "light with a tip"])
@@ -97,6 +100,7 @@ def test_32_links(space: str, place: str) -> None:
     check(hard_chain(32 if space == "planar" else 12, space, "heavier outwards", place))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("space", ["planar", "spatial"])
 @pytest.mark.parametrize("place", ["at the end", "half way"])
 @pytest.mark.parametrize("spread", ["alike", "heavier outwards"])

@@ -61,11 +61,13 @@ def agree(chain: Scene, names: Iterable[str], of_state: float = 1e-14) -> None:
             assert error(found[output], expected[output]) < 1e-12, (name, output)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("chain", [*kinds(), *ENDS], ids=label)
 def test_every_function(chain: Scene) -> None:
     agree(chain, functions(chain))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("chain", SPATIAL, ids=label)
 def test_spatial_jacobian(chain: Scene) -> None:
     """Along the manifold of unit directions and tangent rates, where alone it is a matter of mechanics."""

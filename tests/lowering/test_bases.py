@@ -44,11 +44,13 @@ def drawn(of: Scene, seed: int, name: str = "forward_dynamics") -> Arguments:
     return random_arguments(of, lower_function(derive(of), name, "loops"), seed)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("of", [*given()], ids=named)
 def test_every_function_in_many_digits(of: Scene) -> None:
     agree(of, functions(of), of_state=1e-13)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("of", [of for of in given() if not of.is_planar][::2], ids=named)
 def test_spatial_jacobians_along_the_manifold(of: Scene) -> None:
     arguments = drawn(of, 1, "state_jacobian")

@@ -25,6 +25,7 @@ from tests.lowering.model_mutants import KINDS, model_of, mutants
 ONE_SENTENCE = re.compile(r"Lagrangian(\.\w+)?: .*\(got .+\); .+")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_mutant_of_the_lagrangian_is_refused(kind: str) -> None:
     model, survivors, count = model_of(kind), [], 0

@@ -43,6 +43,7 @@ def test_it_is_the_mass_matrix_times_the_rates(chain: Scene) -> None:
         assert np.max(np.abs(np.sum(links * momenta, axis=1))) < 1e-14 * np.max(np.abs(p))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("chain", [*kinds()], ids=label)
 def test_it_is_the_gradient_of_the_kinetic_energy(chain: Scene) -> None:
     """By complex steps, along every rate whether tangent or not: T asks for omega_k x q_k alone."""
@@ -102,6 +103,7 @@ def test_spatial_chains_need_no_trigonometry_and_no_division() -> None:
     assert counts.keys() <= {"add", "sub", "mul"}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("space", ["planar", "spatial"])
 def test_the_momentum_of_an_unpushed_cart_is_kept(space: str) -> None:
     """Emitted C along an emitted flow: nothing acts on the chain sideways."""

@@ -154,6 +154,7 @@ def hard_body(links: int, kind: str, rng: np.random.Generator) -> Body:
     return {"mass": mass.tolist(), "length": length.tolist(), "com": com.tolist(), "inertia": spin.tolist()}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("at_run_time", [False, True], ids=["numbers", "runtime"])
 @pytest.mark.parametrize("kind", ["rods", "near", "held", "far"])
 @pytest.mark.parametrize(("space", "base"), [("planar", "fixed"), ("planar", "cart"), ("spatial", "fixed"), ("spatial", "cart")])

@@ -28,6 +28,7 @@ CHAINS = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", CHAINS)
 @pytest.mark.parametrize("name", ["forward_dynamics", "dynamics_and_jacobian"])
 def test_loops_on_targets_agree_with_straight_line_code_of_hosts(kind: str, name: str) -> None:

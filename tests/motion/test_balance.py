@@ -41,6 +41,7 @@ def books() -> tuple[np.ndarray, np.ndarray]:
     return grid, found.y[4:]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("method", "tol", "most"), [("DOP853", 1e-10, 1e-12), ("RK45", 1e-9, 1e-10), ("Radau", 1e-9, 1e-10), ("LSODA", 1e-10, 1e-9)])
 def test_work_and_loss_of_a_law_on_a_damped_chain(method: str, tol: float, most: float) -> None:
     grid, (work, loss) = books()
@@ -49,6 +50,7 @@ def test_work_and_loss_of_a_law_on_a_damped_chain(method: str, tol: float, most:
     assert run.balance_error < most < 1e-3 * run.loss[-1] and np.array_equal(run.balance, run.energy - run.energy[0] - run.work + run.loss)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("angles", ["relative", "absolute", "adjacent"])
 def test_the_taylor_flow_keeps_the_balance_at_round_off(angles: str) -> None:
     for outputs in ([0.0, 2.0], np.linspace(0.0, 2.0, 7), np.linspace(0.4, 0.1, 4)):

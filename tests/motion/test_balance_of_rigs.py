@@ -36,6 +36,7 @@ def motion(name: str):
     return simulate(system, [*[0.0] * carts, *q, *[0.2] * carts, *v], 4.0, tol=1e-11, u=law)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", RIGS)
 def test_the_books_close(name: str) -> None:
     run = motion(name)

@@ -97,6 +97,7 @@ def every_upright(system: System) -> list[tuple[int, ...]]:
     return [s for s in product((1, -1), repeat=system.links) if -1 in s]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("space", "angles"), CHAINS)
 def test_the_energies_of_all_equilibria_follow_from_those_of_n_plus_1(space: str, angles: str | None) -> None:
     system = chain(space, angles)

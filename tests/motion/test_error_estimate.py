@@ -96,6 +96,7 @@ DRIVES = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("drive", "method", "tol"), [("law", "DOP853", 1e-6), ("line", "DOP853", 1e-6), ("held", "taylor", 1e-7)])
 def test_inputs_that_move_have_an_estimate(drive: str, method: str, tol: float) -> None:
     """Between a tenth and a hundred times the true error at every output, as for motions of their own."""

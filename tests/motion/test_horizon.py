@@ -21,6 +21,7 @@ from phichain.pipeline import build
 WAYS = (("taylor", None), ("taylor", LOOSE), ("DOP853", None), ("DOP853", LOOSE))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
 @pytest.mark.parametrize(("method", "tol"), WAYS, ids=lambda word: str(word))
 def test_an_estimate_is_no_less_than_a_tenth_of_the_error_and_no_more_than_a_hundredfold(case: Case, method: str, tol: float | None) -> None:

@@ -113,6 +113,7 @@ BODIES: dict[str, dict[str, Any]] = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("method", ["taylor", "rosenbrock"])
 @pytest.mark.parametrize("body", BODIES)
 @pytest.mark.parametrize("space", ["planar", "spatial"])

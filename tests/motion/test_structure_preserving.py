@@ -87,6 +87,7 @@ def walk(system: System, name: str, h: float, steps: int) -> Iterator[tuple[Vect
         yield q, v, float(residual[0]) if residual else 0.0
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("method", STEPS)
 @pytest.mark.parametrize("name", SCENES)
 def test_the_order_of_convergence(systems: dict[str, System], name: str, method: str) -> None:

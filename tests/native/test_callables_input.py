@@ -141,6 +141,7 @@ def test_rows_must_agree(system: System) -> None:
         system.forward_dynamics(np.zeros((3, 2)), np.zeros((1, 2)), U, p=PARAMETERS)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("given", [("com", "inertia"), ("com",), ("inertia",)], ids=" and ".join)
 def test_a_link_that_nothing_keeps_from_turning_is_refused(given: tuple[str, ...]) -> None:
     """Runtime or not: com = 0 asks for an inertia, link by link."""

@@ -68,6 +68,7 @@ def least(matrix: np.ndarray) -> float:
     return float(np.sign(np.linalg.det(matrix)) * np.linalg.svd(matrix, compute_uv=False)[-1])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", CHAINS)
 def test_what_c_tells_is_what_numpy_finds(name: str) -> None:
     system, problem, z = chain(name)
@@ -246,6 +247,7 @@ def test_a_flow_that_was_not_compiled_is_refused() -> None:
         trace(unbound, until="theta_1=0.1")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("compiler", COMPILERS)
 def test_the_stencils_compile_alone(compiler: str, tmp_path: Any) -> None:
     need(compiler)

@@ -44,6 +44,7 @@ def test_one_link_is_on_its_separatrix() -> None:
     assert found.turns == (1,) and found.s == (-1,) and found.rates == pytest.approx([np.sqrt(G / 0.2)], rel=1e-14)
 
 
+@pytest.mark.long
 def test_one_link_on_a_cart_has_the_energy_s_rate_half_way() -> None:
     """Hanging half way, with no momentum: m l^2 (1 - m / (m_0 + m)) phi'^2 / 2 = 2 m g l."""
     (found,) = connections(chain(1, "cart"))
@@ -62,6 +63,7 @@ def dense(t: float, x: np.ndarray) -> np.ndarray:
     return np.concatenate([x[2:], np.linalg.solve(inertia, force)])
 
 
+@pytest.mark.long
 def test_two_links_arrive_by_other_equations_as_well() -> None:
     """From half way the dense equations lead close to upright: to about (3e-14)^(l_2 / (l_1 + l_2)), where their own errors have grown."""
     found = pair()
@@ -78,6 +80,7 @@ def test_two_links_arrive_by_other_equations_as_well() -> None:
         assert np.max(np.abs(connection.q + connection.q[::-1])) < 1e-13
 
 
+@pytest.mark.long
 def test_manifolds_cross_where_a_connection_is_isolated() -> None:
     """Across the motion the manifolds' angle says by how much half way is missed beside it: finite, and no two connections are one."""
     for base in ("fixed", "cart"):
@@ -106,6 +109,7 @@ def test_a_file_holds_all_of_it(tmp_path: Path) -> None:
         Connection.from_npz(tmp_path / "x.npz")
 
 
+@pytest.mark.long
 def test_what_has_no_connections_is_said() -> None:
     with pytest.raises(ControlError, match=r"has 1 unstable direction\(s\) and 2 links"):
         connections(chain(2, angles="absolute"), s=[1, -1])

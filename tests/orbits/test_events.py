@@ -77,6 +77,7 @@ def test_what_an_event_breaks_is_broken_beside_it(in_phase: Branch) -> None:
         assert np.all(sizes[len(sizes) - 1 - own :] < 1e-8) and np.all(sizes[: len(sizes) - 1 - own] > 1e-3)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("links", "mode", "joint", "fold"),
     [(3, 1, 1, 0.7336), (3, 2, 3, 0.5283), (3, 3, 3, 1.594), (4, 2, 4, 0.4797), (4, 3, 4, 0.1529), (4, 4, 4, 0.6927)],

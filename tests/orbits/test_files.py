@@ -35,6 +35,7 @@ def same(a: Branch, b: Branch) -> None:
         assert np.array_equal(one.z, other.z) and one.index == other.index and one.breaks == other.breaks
 
 
+@pytest.mark.long
 def test_a_family_file_says_what_it_promises(whole: Branch, tmp_path: Path) -> None:
     found = json.loads(whole.to_json(tmp_path / "family.json").read_text())
     assert (found["kind"], found["scene"], found["mode"], found["digest"]) == ("branch", "shot2", 1, uniform(2).digest)
@@ -98,6 +99,7 @@ def test_control_c_leaves_what_there_is(whole: Branch) -> None:
     same(trace(uniform(2), until=UNTIL, resume=first), whole)
 
 
+@pytest.mark.long
 def test_gaps_survive_files(tmp_path: Path) -> None:
     branch = trace(uniform(4), 1, until="theta_1=0.4", through=1e-4)
     found = json.loads(branch.to_json(tmp_path / "family.json").read_text())
@@ -108,6 +110,7 @@ def test_gaps_survive_files(tmp_path: Path) -> None:
         assert np.array_equal(copy.passages[0].z, branch.passages[0].z)
 
 
+@pytest.mark.long
 def test_what_cannot_be_gone_on_with_is_refused(whole: Branch, tmp_path: Path) -> None:
     path = whole.to_json(tmp_path / "family.json")
     text = path.read_text()

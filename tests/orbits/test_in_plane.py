@@ -25,6 +25,7 @@ def family() -> Branch:
     return trace(chain(), method=METHOD, until="theta_1=-1.6")
 
 
+@pytest.mark.long
 def test_the_orbits_are_those_of_the_planar_chain(family: Branch) -> None:
     """The same frequencies at the same angles, by another flow; the same events where the plane is kept."""
     flat = trace(uniform(2), until="theta_1=-1.6")
@@ -79,6 +80,7 @@ def test_springs_between_directions_have_their_own_law() -> None:
     assert pick(chain(stiffness=0.6), branch).closure < 1e-12
 
 
+@pytest.mark.long
 def test_on_a_cart_they_are_those_of_a_planar_cart() -> None:
     """Frequencies and kappa in the plane by the planar flow; all multipliers among those of the whole monodromy in space, a drift of the cart's included."""
     cart = {"base": "cart", "cart_mass": 0.8}

@@ -250,6 +250,7 @@ def test_a_family_goes_on_where_its_phase_is_lost() -> None:
     assert abs(second.multipliers[0, 0]) == pytest.approx(abs(first.multipliers[-2, 0]), rel=1e-9)
 
 
+@pytest.mark.long
 def test_a_chain_on_a_cart_switches_alike() -> None:
     """Beyond the loss of its brake the orbit comes back with the cart, by another integrator, and without momentum."""
     system = uniform(2, base="cart", cart_mass=0.4)

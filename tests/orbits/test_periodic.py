@@ -126,6 +126,7 @@ def test_what_has_no_such_orbits_is_refused() -> None:
             make(paper_b(), omega=1.0)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("base", ["fixed", "cart"])
 def test_brake_orbits_solve_every_problem_with_fewer_symmetries(base: str) -> None:
     """Three links, with all their kappa: those of P over T/2, and 2 kappa^2 - 1 over T, whatever closes them."""

@@ -163,6 +163,7 @@ def may_dip(rules: Any, places: np.ndarray, f: Function, slope: Function, compon
     return bool(rules.may_dip(ctypes.c_void_p(memory.ctypes.data), 0))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("component", [True, False])
 def test_no_pair_of_zeros_is_passed_over_and_few_steps_are_looked_at_in_vain(rules: Any, component: bool) -> None:
     """Random waves, steps of up to a fifth of one: every pair within the last step but one has somebody look, though signs at its ends are one."""

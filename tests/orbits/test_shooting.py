@@ -44,6 +44,7 @@ def test_a_family_ends_where_its_rest_is_an_equilibrium() -> None:
     assert branch.points[-1, 1] == pytest.approx(exact, rel=1e-10)
 
 
+@pytest.mark.long
 def test_a_link_on_a_cart_is_a_quadrature() -> None:
     """With M x' + mu cos(theta) theta' = 0 the energy is one integral: T = 4 int sqrt((c - mu^2 cos^2 / M) / (2 (V(A) - V))) dtheta."""
     mass, length, cart = 0.7, 0.6, 1.3
@@ -65,6 +66,7 @@ def test_a_link_on_a_cart_is_a_quadrature() -> None:
     assert branch.points[:, 0] == pytest.approx(-mu * np.sin(branch.points[:, 1]) / whole, abs=1e-14)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("cycle", [c for c in CYCLES if c["N"] > 1], ids=lambda c: f"N{c['N']}-mode{c['mode']}-{c['theta0'][0][:4]}")
 def test_reference_orbits_lie_on_their_families(cycle) -> None:
     theta, mode = np.array(cycle["theta0"], float), cycle["mode"]
@@ -81,6 +83,7 @@ def test_reference_orbits_lie_on_their_families(cycle) -> None:
     assert pairs == pytest.approx(wanted, abs=3e-13)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("base", ["fixed", "cart"])
 def test_kappa_is_that_of_the_monodromy_over_the_whole_period(base) -> None:
     """The eigenvalues of one propagation over T, all of them, without symmetry and without momenta."""

@@ -43,6 +43,7 @@ def test_the_package_imports_only_what_it_declares() -> None:
         assert imported(path) <= allowed, path
 
 
+@pytest.mark.long
 def test_every_dependency_is_used_or_is_a_tool() -> None:
     used = set().union(*(imported(path) for path in (ROOT / "codegen").rglob("*.py")))
     assert used >= CORE | EXTRAS["casadi"] | EXTRAS["control"] | EXTRAS["plot"] | EXTRAS["study"]

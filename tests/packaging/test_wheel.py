@@ -66,6 +66,7 @@ def test_wheel_holds_the_package_its_templates_and_scenes_and_nothing_else(wheel
     assert {"LICENSE", "NOTICE"} <= {Path(n).name for n in names if ".dist-info/" in n}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", ["wheel", "editable"])
 def test_an_installation_generates_the_checkouts_bytes_from_another_folder(
     kind: str, wheel: Path, checkout_folder: dict[str, bytes], tmp_path: Path

@@ -77,6 +77,7 @@ def is_the_same(model: Model, mutant: Model) -> bool:
     return all(abs(a - b) < sympy.Float("1e-30", 40) for a, b in pairs)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", CHAINS)
 def test_every_mutant_of_a_model_is_refused_whatever_its_programs_are(name: str) -> None:
     whole = lowered(name)

@@ -96,6 +96,7 @@ def program_mutants(name: str) -> Iterator[Mutant]:
         yield from mutants(program, per_kind=1)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", SCENES)
 def test_every_mutant_of_a_program_is_refused(name: str) -> None:
     whole = lowered(name)

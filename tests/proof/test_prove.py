@@ -29,6 +29,7 @@ COMMITTED = sorted(path.stem for path in (ROOT / "scenes").glob("*.toml"))
 PAIR = Scene("pair", 2, mass=[0.3, 0.2], length=[0.5, 0.4], want=("forward_dynamics", "energy"))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", COMMITTED)
 def test_every_committed_scene_is_proven(name: str) -> None:
     scene = load_scene(ROOT / "scenes" / f"{name}.toml")
@@ -39,6 +40,7 @@ def test_every_committed_scene_is_proven(name: str) -> None:
         assert entry.how == EXACTLY if entry.name in proof.exact else entry.how.startswith("50 digits in the self-test: ")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("space", ["planar", "spatial"])
 @pytest.mark.parametrize("base", ["fixed", "cart"])
 @pytest.mark.parametrize("joints", ["free", "sprung", "damped"])

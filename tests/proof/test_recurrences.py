@@ -101,6 +101,7 @@ def expands_the_same(scene: Scene, whole: Series, mutant: Series) -> bool:
     return gap(expanded(scene, mutant), expanded(scene, whole)) < 1e-40
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", CHAINS)
 def test_no_mutant_passes(name: str) -> None:
     model, whole = made(name)

@@ -64,6 +64,7 @@ CASES = [
 ]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("name", "mutant"), CASES)
 def test_wrong_moments_are_refused(name: str, mutant: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(body, "moments", _moments(MUTANTS[mutant]))

@@ -44,11 +44,13 @@ def mutated(monkeypatch: pytest.MonkeyPatch, term: str, change: Callable[[Any], 
         monkeypatch.setattr(kind, term, property(lambda self, written=written: change(written(self))))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", SCENES)
 def test_what_is_shown_passes(name: str) -> None:
     prove(SCENES[name])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("mutation", MUTATIONS)
 @pytest.mark.parametrize(("name", "term"), TERMS)
 def test_another_term_is_refused(

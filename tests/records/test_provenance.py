@@ -166,6 +166,7 @@ PICTURES: dict[str, Callable[[Path], str]] = {
 """Kind of file -> where its reader finds what the picture is of."""
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", PICTURES)
 @pytest.mark.parametrize("made", (trajectory, orbit), ids=lambda made: made.__name__)
 def test_pictures_say_it_where_their_kind_of_file_has_room(kind: str, made: Callable[[], Any], tmp_path: Path) -> None:

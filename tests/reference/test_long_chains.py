@@ -184,6 +184,7 @@ def operations(call: Callable[[], object]) -> int:
     return count
 
 
+@pytest.mark.long
 @kinds
 def test_accelerations_and_forces_cost_operations_in_proportion_to_the_links(kind: dict[str, Any]) -> None:
     functions = ["forward_dynamics", "coriolis", "gravity_torque", "energy", "momentum", "positions"]

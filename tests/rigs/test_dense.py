@@ -58,6 +58,7 @@ def state(rng: np.random.Generator, chain: Scene) -> dict[str, np.ndarray]:
     return {"q": q, "v": v, "u": 3 * rng.normal(size=chain.nu)}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", range(12))
 @pytest.mark.parametrize("space", ["planar", "spatial"])
 def test_accelerations_are_those_of_the_dense_lagrangian(space: str, seed: int) -> None:

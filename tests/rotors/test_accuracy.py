@@ -52,6 +52,7 @@ def check(chain: Scene, given: dict[str, Any], values: dict[str, Any] | None = N
         assert error < 10 * max(moved) * 2.0 ** (SIZE_BITS - 53), (chain, error)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("cart", CARTS)
 @pytest.mark.parametrize("place", PLACES)
 def test_gear_ratios_over_sixteen_decades(place: str, cart: str) -> None:

@@ -56,6 +56,7 @@ def motion_by_hand(name: str) -> np.ndarray:
     return found.y.T
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("method", "most"), [("taylor", 1e-11), ("rosenbrock", 1e-8), ("DOP853", 1e-10)])
 @pytest.mark.parametrize("name", CHAINS)
 def test_motion(name: str, method: str, most: float) -> None:

@@ -56,6 +56,7 @@ def spoilt(path: Path, pattern: str, replacement: str) -> None:
     path.write_text(text)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", COMMITTED)
 def test_committed_scenes_pass(name: str, generated_once: Callable[[Scene], Path], tmp_path: Path) -> None:
     scene = committed(name)
@@ -66,6 +67,7 @@ def test_committed_scenes_pass(name: str, generated_once: Callable[[Scene], Path
     assert all(line.endswith("passed") for line in cases)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", REFERENCE)
 @pytest.mark.parametrize("flags", [("-O3", "-ffp-contract=fast"), ("-O2", "-ffp-contract=off"), ("-Ofast",)], ids=" ".join)
 def test_the_samples_pass_however_they_are_optimised(name: str, flags: tuple[str, ...], tmp_path: Path) -> None:
@@ -83,6 +85,7 @@ def sanitizers(tmp_path: Path) -> tuple[str, ...]:
     return SANITIZERS
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("scene", SANITIZED, ids=lambda scene: scene.name)
 def test_sanitizers_find_nothing(
     scene: Scene, sanitizers: tuple[str, ...], generated_once: Callable[[Scene], Path], tmp_path: Path

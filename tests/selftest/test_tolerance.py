@@ -69,6 +69,7 @@ def test_amplification_of_a_slope(theta: float) -> None:
 # --- refusals ---------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("scene", [*map(committed, QUICK), SPATIAL], ids=lambda scene: scene.name)
 def test_a_relative_error_in_any_function_is_refused(scene: Scene) -> None:
     """1e-9 in double, 1e-4 in single precision: the tolerance used to follow it."""
@@ -108,6 +109,7 @@ def test_two_nearly_equal_angles_are_the_problems_own_loss() -> None:
 # --- no tolerance beyond that ---------------------------------------------------------------------------------------
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("real", ["double", "float"])
 @pytest.mark.parametrize("space", ["planar", "spatial"])
 @pytest.mark.parametrize("ratio", [1e-2, 1e-4, 1e-8])
@@ -122,6 +124,7 @@ def test_masses_near_their_joints(ratio: float, space: str, real: str) -> None:
         assert number(found.tolerances[name]) < (1e-3 if real == "float" else 1e-10)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("length", [1e55, 1e76, 1e102, 1e140, 1e153, 1e187, 1e-76, 1e-150])
 @pytest.mark.parametrize("mass", [1.0, 1e187, 1e-250])
 def test_numbers_of_any_size_give_finite_text_or_a_typed_refusal(length: float, mass: float) -> None:

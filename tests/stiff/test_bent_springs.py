@@ -37,6 +37,7 @@ def in_a_vertical_plane(angles: np.ndarray, rates: np.ndarray) -> tuple[np.ndarr
     return q.ravel(), np.outer(rates, [-SLANT[1], SLANT[0], 0.0]).ravel()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("stiffness", "damping"), [(1e6, 1e3), (1e9, 3e4), (1e9, 3e6)])
 def test_in_a_vertical_plane_they_take_the_steps_that_planar_ones_take(stiffness: float, damping: float) -> None:
     """From rounded vectors the second takes 1000 times as many: the torque of what rounding takes, 1e-16 k, jumps from step to step."""
@@ -48,6 +49,7 @@ def test_in_a_vertical_plane_they_take_the_steps_that_planar_ones_take(stiffness
     assert np.max(np.abs(found.q - q)) < 5e-13 and np.max(np.abs(found.v - v)) < 5e-12
 
 
+@pytest.mark.long
 def test_a_joint_of_1e13_newton_metres_arrives() -> None:
     """From rounded vectors its steps are shorter than a nanosecond. Solves are known to 1e-13 of the rates."""
     flat = bent("planar", 1e13, 3e6).propagate_stiff([0.3, 0.0], [0.0, 0.0], 0.0, 0.2, 1e-12)
@@ -57,6 +59,7 @@ def test_a_joint_of_1e13_newton_metres_arrives() -> None:
     assert np.max(np.abs(found.q - in_a_vertical_plane(np.cumsum(flat.q), np.cumsum(flat.v))[0])) < 5e-12
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "more",
     [

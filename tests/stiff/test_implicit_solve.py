@@ -82,6 +82,7 @@ def apart(chain: Scene, gain: float, seed: int) -> float:
     return max(float(np.max(np.abs(a - b)) / np.max(np.abs(b))) for a, b in pairs)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "chain",
     [
@@ -111,6 +112,7 @@ UNEVEN: dict[str, tuple[dict[str, Any], float]] = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("base", ["fixed", "cart"])
 @pytest.mark.parametrize("com", [None, [0.5] * 4], ids=["at the ends", "half way"])
 @pytest.mark.parametrize("name", UNEVEN)
@@ -126,6 +128,7 @@ def test_uneven_and_stiff_planar_chains(name: str, com: list[float] | None, base
     assert max(apart(chain, gain, seed) for seed in range(3)) < 1e-12
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("joints", ["free", "damped"])
 @pytest.mark.parametrize("base", ["fixed", "cart"])
 @pytest.mark.parametrize("space", ["planar", "spatial"])

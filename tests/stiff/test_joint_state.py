@@ -88,6 +88,7 @@ def linear(links: int, stiffness: float, damping: float, phi: list[Any], t: floa
         return np.array([float(mp.re(x)) for x in end])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("angles", KINDS)
 def test_small_motions_of_damped_joints_follow_the_tolerance(angles: str) -> None:
     phi = np.array([1.0, 1.0 + 2.0**-10, 1.0 - 2.0**-11]) * 2.0**-30
@@ -135,6 +136,7 @@ def test_a_cut_run_and_states_on_the_way(angles: str) -> None:
     assert np.max(np.abs(whole.q_at[0] - alone.q)) < 1e-11
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("angles", KINDS)
 @pytest.mark.parametrize("links", [2, 3])
 def test_undamped_springs_a_million_times_the_weight(angles: str, links: int) -> None:
@@ -148,6 +150,7 @@ def test_undamped_springs_a_million_times_the_weight(angles: str, links: int) ->
     assert np.max(np.abs(ends[1] - ends[0])) < 3e-13
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("angles", KINDS)
 @pytest.mark.parametrize("base", ["fixed", "cart"])
 def test_inputs_reach_the_joints(angles: str, base: str) -> None:

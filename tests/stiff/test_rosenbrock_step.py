@@ -32,6 +32,7 @@ def step(name: str, h: float, q: Vector, v: Vector, **more: Any) -> tuple[Vector
     return system(name).step_rosenbrock(h, q, v, *inputs, **given)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("name", "h"), [("free_pair", 0.01), ("spatial_free", 0.01), ("spatial_stiff", 1e-5)]
 )

@@ -48,6 +48,7 @@ def scheduler(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[str, l
             process.stderr.close()
 
 
+@pytest.mark.long
 def test_a_killed_worker_costs_no_result(scheduler: tuple[str, list[subprocess.Popen[str]]]) -> None:
     address, workers = scheduler
     alone = study(tables(**POINTS), "alone.zarr", workers=0).dataset()
@@ -94,6 +95,7 @@ def test_a_scheduler_that_does_not_answer_is_one_sentence(monkeypatch: pytest.Mo
         study(tables(), "far.zarr", scheduler="tcp://127.0.0.1:1")
 
 
+@pytest.mark.long
 def test_batches_keep_to_the_chunks_of_the_store() -> None:
     rows = [*range(5, 20), 40, 41, 7 * 8]
     parts = list(engine.split(rows, 8, 4))

@@ -139,6 +139,7 @@ def test_netcdf_holds_the_same_numbers(tmp_path: Path) -> None:
         assert np.array_equal(read.q, data.q) and np.array_equal(read.chain_gravity, data["chain.gravity"])
 
 
+@pytest.mark.long
 def test_every_task_agrees_with_its_function() -> None:
     """propagate in one batch, lqr and trace, each against the function called alone."""
     from phichain import lqr, trace

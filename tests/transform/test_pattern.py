@@ -30,6 +30,7 @@ def test_dependence_passes_through_loops_and_stops_at_structural_zeros() -> None
     assert pattern["out", "gain"] == ((2, 0),)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("scene", SCENES[::3], ids=lambda scene: scene.name)
 def test_it_is_that_of_the_straight_line_tangent(scene: Scene) -> None:
     """Terms that cancel are seen by straight-line code alone, so elsewhere the pattern may hold more."""

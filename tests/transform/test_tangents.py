@@ -47,6 +47,7 @@ def differences(program: Program, arguments: Arguments, output: str, argument: s
     return np.array(columns).T
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("chain", list(kinds()), ids=label)
 def test_state_jacobian_is_the_complex_step(chain: Scene) -> None:
     forward = lower_function(derive(chain), "forward_dynamics", "loops")

@@ -64,6 +64,7 @@ def double(x: np.ndarray, torque: tuple[float, float] = (0.0, 0.0)) -> np.ndarra
     return np.array([wa, wb - wa, acc[0], acc[1] - acc[0]])
 
 
+@pytest.mark.long
 def test_every_kind_of_rung_is_a_motion_of_the_chain(found: Climbed) -> None:
     """From a brake, half a period on: its mirror image. Near the top, part by part: nothing but parts can be followed."""
     law = found.climb.law
@@ -144,6 +145,7 @@ def between(ladder: Ladder, energy: float) -> Ladder:
     return replace(ladder, states=ladder.states[k - 1 : k + 1], periods=ladder.periods[k - 1 : k + 1], energies=ladder.energies[k - 1 : k + 1])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("joint", [1, 2])
 def test_the_torque_from_orbit_to_orbit_is_the_least_that_leads_there(found: Climbed, joint: int) -> None:
     """Pulses on the textbook's equations, one after the other: of all sums of them that end across the orbit the least square."""
@@ -181,6 +183,7 @@ def test_orbits_in_between_are_orbits(found: Climbed) -> None:
         assert np.allclose(way.y[:, -1], -more.states[k, 0], atol=1e-6)
 
 
+@pytest.mark.long
 def test_joint_2_leads_the_chain_beyond_the_orbit_that_it_hardly_moves(branch: Branch) -> None:
     """At 2 J, where a joule takes joint 2 fifty times the periods of its whole limit that it takes joint 1, rungs are dense and rise slowly."""
     found = climb(SCENE, branch, share=0.2, joint=2, runs=2, seconds=85.0)

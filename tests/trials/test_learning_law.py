@@ -105,6 +105,7 @@ def test_names_of_what_is_learned_are_kept_and_counted(tmp_path: Path) -> None:
         TrajectoryLaw.from_npz(tmp_path / "half.npz")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("right", "wrong"),
     [

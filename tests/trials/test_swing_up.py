@@ -145,6 +145,7 @@ def test_routes_stop_at_the_hanging_chain_and_at_unfolded_poses() -> None:
     assert stops((-1, 1, 1), (-1, 1, -1)) == [[hanging], [up, hanging]] and stops((-1, 1, 1), up) == [[hanging]]
 
 
+@pytest.mark.long
 def test_a_route_is_one_plan_that_rests_in_between() -> None:
     """Two links from one pose to the other: two motions that meet at rest, hanging, under one input within its limit."""
     two = build(replace(POLE, name="two_poles", links=2, mass=M, length=L, com=L))
@@ -226,6 +227,7 @@ def test_words_of_sensors_are_refused_before_anything_is_planned(words: list[str
     assert leaving.value.code == 2 and said in capsys.readouterr().err
 
 
+@pytest.mark.long
 def test_limits_that_leave_no_motion_name_the_bound(system: System) -> None:
     with pytest.raises(ControlError, match="rail: is the bound that leaves no motion in 1.5 s: without it there is one that goes") as short:
         swing_up(system, limit=20, rail=0.01, seconds=1.5, count=1, runs=2, most=80)

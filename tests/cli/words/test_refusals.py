@@ -30,6 +30,7 @@ def assert_one_line(answer: Answer, says: str) -> None:
     assert says in answer.err
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("table", "value", "says"),
     [

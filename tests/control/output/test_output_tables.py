@@ -96,6 +96,7 @@ def test_placed_integrals_have_a_table_too() -> None:
     assert memory.held == 1 and levels[-1] < 1e-3 * max(levels) and np.max(np.abs(x[:3] - [0, np.pi, 0])) < 1e-3
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("chain", "kind", "integrals"), KINDS)
 def test_the_programs_are_the_record(chain: str, kind: str | None, integrals: bool) -> None:
     table = table_of(chain, kind, integrals)
@@ -141,6 +142,7 @@ def test_the_folder_passes_its_own_test(chain: str, kind: str | None, integrals:
     assert record["kind"] == "output table" and [one["settle"] for one in record["equilibria"]] == list(table.settle)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("right", "wrong"),
     [

@@ -14,6 +14,7 @@ from tests.flow.batch.batches import CHAINS, EXACT, dynamics, given, one_by_one,
 from tests.flow.flows import planar
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", CHAINS)
 @pytest.mark.parametrize("portable", [False, True], ids=["vectors", "portable"])
 def test_accelerations_are_the_scalar_ones_to_the_last_bit(name: str, portable: bool) -> None:

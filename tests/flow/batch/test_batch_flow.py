@@ -26,6 +26,7 @@ def test_every_trajectory_is_that_of_the_scalar_flow(n: int) -> None:
         assert abs(int(found.steps[k]) - alone.steps) <= 2
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", [*CHAINS, "portable"])
 def test_every_kind_of_chain(name: str) -> None:
     chain = CHAINS["unrolled" if name == "portable" else name]

@@ -87,6 +87,7 @@ def test_one_in_pieces_is_the_one(chain: Scene) -> None:
 # --- single precision --------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("links", [1, 4, 16])
 def test_float_refuses_nothing_and_keeps_the_tolerance(links: int) -> None:
     """Random states, against the double flow. Beside the tolerance stands what rounding the start to float does to its end."""

@@ -14,6 +14,7 @@ from tests.flow.batch.batches import CHAINS, WRITERS, unit
 from tests.flow.flows import STRICT, planar
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("form", WRITERS)
 @pytest.mark.parametrize("name", CHAINS)
 def test_strict_compilers_have_nothing_to_say(name: str, form: str, tmp_path: Path) -> None:

@@ -46,12 +46,14 @@ VARIED = {
 }  # fmt: skip
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", VARIED)
 def test_derivatives_by_parameters_are_proven(name: str) -> None:
     model = derive(VARIED[name])
     assert prove_recurrences(model, series(model)).is_exact
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("part", "output"), [("factor_along", "d_held"), ("order_along", "d_next"), ("factor_along", "d_later")])
 def test_a_derivative_left_out_is_refused(part: str, output: str) -> None:
     """All but those of numbers that no order, or none behind the first, takes part in."""
@@ -80,6 +82,7 @@ VALUES: dict[str, Any] = {
 FORCING = {"amplitude": 3.0, "omega": 7.0}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["cart", "one"])
 def test_columns_are_differences_of_the_lagrangians_motions(name: str) -> None:
     scene, t_end, h = VARIED[name], 0.01, mpf("1e-6")
@@ -110,6 +113,7 @@ def test_columns_are_differences_of_the_lagrangians_motions(name: str) -> None:
         np.testing.assert_allclose(found.transition[:, column], slope, rtol=1e-9, atol=1e-12 * np.abs(slope).max() + 1e-15, err_msg=f"{key}[{i}]")
 
 
+@pytest.mark.long
 def test_columns_on_the_sphere_and_in_loops() -> None:
     """Where the ends of a call are other vectors than the recurrences', and where Programs are loops: differences of the flow."""
     for name, key, options in (("space", "stiffness", {}), ("loops", "length", {"forcing": (3.0, 7.0)})):

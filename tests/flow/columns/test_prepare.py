@@ -63,6 +63,7 @@ def drawn(chain: Scene, seed: int = 1) -> tuple[dict[str, Any], list[Any]]:
     return p, [q, v, *([rng.uniform(-1, 1, chain.nu)] if chain.nu else [])]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", KINDS)
 def test_it_is_the_equations_of_motion_in_fifty_digits(kind: str) -> None:
     chain, (p, state) = scene(kind), drawn(scene(kind))

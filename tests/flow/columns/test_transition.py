@@ -82,6 +82,7 @@ def test_monodromy_of_the_pendulum(amplitude: float) -> None:
     assert np.max(np.abs(found - [[1, 0], [shear, 1]])) < 2e-14 * (1 + abs(shear)) * (1 + abs(shear))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", CHAINS)
 def test_transition_is_the_derivative_of_the_flow(name: str) -> None:
     scene, x = CHAINS[name], start(CHAINS[name])
@@ -244,6 +245,7 @@ def test_scenes_that_do_not_ask_have_no_trace_of_it() -> None:
     assert "column" not in made.declarations + made.definitions
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "scene", [*CHAINS.values(), planar(2, "single", target={"real": "float"}, **ASKED)], ids=lambda s: s.name
 )

@@ -94,6 +94,7 @@ def test_auto_takes_the_form_of_fewer_operations(links: int, code: str) -> None:
     assert total_operations(found) < total_operations(differentiated(scene))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("base", ["fixed", "cart"])
 @pytest.mark.parametrize("place", [0.5, 1 - 1e-8, None])
 @pytest.mark.parametrize("spread", ["heavy tip", "heavy in turn", "heavier outwards"])
@@ -119,6 +120,7 @@ def test_masses_at_the_ends_on_a_cart_keep_the_tension_form_where_they_spread() 
     assert counts[0] < counts[1] == total_operations(differentiated(uneven))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("angles", ["relative", "absolute", "adjacent"])
 @pytest.mark.parametrize("base", ["fixed", "cart"])
 def test_two_rows_of_memory_serve_long_chains(angles: str, base: str, monkeypatch: pytest.MonkeyPatch) -> None:

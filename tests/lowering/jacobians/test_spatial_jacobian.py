@@ -71,6 +71,7 @@ def differentiated(scene: Scene, code: Code = "loops") -> Program:
     return jacobian(lower_function(derive(scene), "forward_dynamics", code), "state_jacobian", "", blocks)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("links", "code", "more"),
     [
@@ -104,6 +105,7 @@ def test_masses_that_spread_cost_no_digit(spread: str, base: str) -> None:
     assert_as_accurate_as_differentiated(scene)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("push", [0.0, 1.0], ids=["left alone", "pushed along"])
 @pytest.mark.parametrize("cart_mass", [1e-2, 1e-8])
 def test_nor_do_light_carts(cart_mass: float, push: float) -> None:
@@ -129,6 +131,7 @@ def assert_as_accurate_as_differentiated(scene: Scene, given: dict[str, Any] | N
     assert errors[0] <= max(8 * errors[1], 2e-14)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("base", ["fixed", "cart"])
 @pytest.mark.parametrize(
     ("spread", "more"),
@@ -185,6 +188,7 @@ def test_pairs_of_links_take_few_operations_in_every_form(more: dict[str, Any], 
         assert total_operations(found) <= pair * links**2 + link * links
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("more", [BEFORE | TIED | CART, BEFORE | {"base": "moving"}])
 def test_cells_that_are_written_anew_are_read_before_in_c_as_well(more: dict[str, Any]) -> None:
     """C puts expressions where their value is wanted: a column's entries stand before its vector goes on."""
@@ -218,6 +222,7 @@ def test_other_chains_are_differentiated(more: dict[str, Any]) -> None:
     assert total_operations(found) == total_operations(differentiated(scene, "unrolled"))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("links", "more"), [(3, CART), (3, LIGHT), (4, TIED), (4, BEFORE)])
 def test_a_wrong_sign_anywhere_is_refused(links: int, more: dict[str, Any]) -> None:
     """Additions turned into subtractions in turn (some of many), but those that add zeros at the ends: they change no number."""

@@ -21,6 +21,7 @@ from tests.lowering.chains import random_arguments
 WANT = ["forward_dynamics", "state_jacobian", "mass_matrix", "step", "step_jacobian"]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("code", ["unrolled", "loops"])
 @pytest.mark.parametrize(
     "chain",
@@ -71,6 +72,7 @@ def away(system: Any) -> tuple[np.ndarray, np.ndarray, list[np.ndarray]]:
     return q, v, [source.normal(size=system.nu)] if system.nu else []
 
 
+@pytest.mark.long
 def test_on_the_sphere_it_is_the_motions_own_derivative_to_order_four(sphere: Any) -> None:
     """Along tangents A_d is the transition matrix of the Taylor flow but for the step's error, one thirty-second at half the step."""
     (q, v, u), n = away(sphere), sphere.nv

@@ -112,6 +112,7 @@ def state(scene: Scene, rng: np.random.Generator, shape: str) -> dict[str, Any]:
     return inputs | ({"u": rng.normal(size=scene.nu).tolist()} if scene.nu else {})
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("shape", ["any", "of all sizes", "right"])
 @pytest.mark.parametrize("links", [5, 6, 9])
 @pytest.mark.parametrize(

@@ -24,6 +24,7 @@ DIFFERENCES = ("q_error", "v_error", "residual")
 """What a step says about itself: small differences, good to the rounding of the state they are taken of."""
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("chain", [*kinds(), *SMALL], ids=label)
 def test_loops_and_straight_line_code_agree(chain: Scene) -> None:
     for name in functions(chain):

@@ -77,6 +77,7 @@ def state(scene: Scene, rng: np.random.Generator) -> dict[str, Any]:
     return inputs | ({"u": rng.normal(size=scene.nu).tolist()} if scene.nu else {})
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("sprung", [False, True], ids=["free", "sprung"])
 def test_within_the_bound_the_digits_are_kept(sprung: bool) -> None:
     """Forty random chains with one form for all their links, against the dense mechanics in 30 digits."""

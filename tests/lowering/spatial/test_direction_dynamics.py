@@ -36,6 +36,7 @@ def check(hard: Hard, slack: float = 20.0) -> None:
     assert error < 1e-14 or error < slack * hard.attainable(), error
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("spread", "place"), list(product(SPREADS, PLACES)), ids=str)
 @pytest.mark.parametrize("more", [{}, {"base": "cart", "cart_mass": 1e-6}], ids=["fixed", "light cart"])
 def test_masses_and_lengths_over_many_decades(spread: str, place: str, more: dict[str, Any]) -> None:

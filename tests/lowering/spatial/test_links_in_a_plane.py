@@ -42,6 +42,7 @@ def given(scene: Scene, seed: int, off: float, plane: np.ndarray | None = None) 
     return {"q": q, "v": v, "u": rng.normal(size=scene.nu)}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("base", BASES)
 @pytest.mark.parametrize("links", [3, 4, 5])
 def test_accelerations(links: int, base: str) -> None:

@@ -91,11 +91,13 @@ def rounded(hard: Hard) -> Hard:
 CASES = list(product(LINKS, ("fixed", "cart"), RATIOS, PLACES))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("links", "base", "ratio", "place"), CASES)
 def test_double(links: int, base: str, ratio: float, place: str) -> None:
     check_double(chain(links, base, ratio, place))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("base", "ratio", "place"), list(product(("fixed", "cart"), RATIOS, PLACES)))
 def test_springs_and_dampers(base: str, ratio: float, place: str) -> None:
     check_double(chain(4, base, ratio, place, "sprung"))

@@ -108,6 +108,7 @@ def check(hard: Hard, gain: float, least: float = 1e-13) -> None:
     assert all(np.isfinite(float(x)) for part in single for x in part)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("links", "base", "ratio", "place"),
     [*product((1, 2, 4), ("fixed", "cart"), (1e-2, 1e-4, 1e-8), ("all", "in turn"))],
@@ -132,6 +133,7 @@ def resting(links: int, base: str, ratio: float, off: float = 0.3) -> Hard:
     return Hard(scene, {"q": [*still, *q.ravel().tolist()], "v": [0.0] * scene.nv, "u": [0.0] * scene.nu})
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("links", "base", "ratio"), [*product((2, 3, 6), ("fixed", "cart"), (1e-2, 1e-4, 1e-8))])
 def test_chains_at_rest(links: int, base: str, ratio: float) -> None:
     check(resting(links, base, ratio), 1e-2 * ratio)

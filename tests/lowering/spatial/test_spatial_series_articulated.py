@@ -31,6 +31,7 @@ CHAINS = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", CHAINS)
 def test_coefficients_are_those_of_the_equations(name: str) -> None:
     scene, at = CHAINS[name], state(CHAINS[name])
@@ -71,6 +72,7 @@ NUMBERS: dict[str, dict[str, Any]] = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("near", [False, True])
 @pytest.mark.parametrize("place", [0.5, 1e-8, 1 - 1e-8])
 @pytest.mark.parametrize("name", NUMBERS)

@@ -44,6 +44,7 @@ def test_a_pendulum_pulls_by_its_weight_and_its_swing(com: float) -> None:
     assert abs(found(spatial, state)[0] - expected) < 1e-15 * expected
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("chain", [*kinds()], ids=label)
 def test_a_chain_at_rest_carries_what_hangs_on_it(chain: Scene) -> None:
     """T_k = g sum_{a>=k} m_a hanging, and the same pressed instead of pulled upright; rods beyond a hanging link change nothing."""
@@ -58,6 +59,7 @@ def test_a_chain_at_rest_carries_what_hangs_on_it(chain: Scene) -> None:
         assert gap(found(chain, arguments | {"q": -q}), -weight) < 1e-15
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("chain", [*kinds()], ids=label)
 def test_they_are_the_forces_along_a_motion(chain: Scene) -> None:
     """In 60 digits: masses' accelerations as second differences of their positions along a curve with the chain's own q', q''."""
@@ -124,6 +126,7 @@ def links(chain: Scene, q: list[Any]) -> list[list[Any]]:
     return [[mp.sin(angle), mp.cos(angle)] for angle in found]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("space", ["planar", "spatial"])
 @pytest.mark.parametrize("base", ["fixed", "cart"])
 @pytest.mark.parametrize("com", [None, 0.99, 0.7])
@@ -145,6 +148,7 @@ def test_every_digit_is_kept_however_unlike_the_links_are(
         assert relative_error(found, expected) < (1e-14 if chain.is_planar else 1e-13)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("mass", [[1e-4, 1.0, 0.5], [1e4, 1.0, 1e-2]])
 @pytest.mark.parametrize(("base", "angles"), [("fixed", "relative"), ("cart", "absolute"), ("cart", "adjacent"), ("fixed", None), ("cart", None)])
 def test_chains_of_unlike_links_are_proven_too(mass: list[float], base: str, angles: str | None) -> None:

@@ -64,6 +64,7 @@ def run(of: System, tol: float | None, times: np.ndarray = TIMES, **options: Any
     return simulate(of, start(of), times, "taylor", tol, **options)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", SCENES)
 def test_a_run_is_the_same_to_the_last_bit(name: str) -> None:
     of = system(name)
@@ -104,6 +105,7 @@ WOUND = {
 }  # fmt: skip
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("name", "until"), [("pair_1", 36.0), ("pair_2", 58.0)])
 def test_what_is_lost_is_as_far_off_as_the_motion_winds_up_by_since_then(name: str, until: float) -> None:
     """Not by all of it: angles here have wound up to 28 and 46 rad by the time that a run is lost, at errors of 0.05 and 0.4."""
@@ -126,6 +128,7 @@ RETURNING = {
 }  # fmt: skip
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", RETURNING)
 def test_errors_as_large_as_the_motion_are_known_and_come_back(name: str) -> None:
     """Two fall from 0.5 to 0.05 and from 0.3 to 0.03 again, where neighbours once ran off along steps too long for them; one was small, as its errors all but cancel."""

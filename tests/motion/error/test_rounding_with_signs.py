@@ -85,6 +85,7 @@ def flown(field: Any, x: list[Any], h: Any, levels: int = 11) -> list[Any]:
     return rows[-1][-1]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", SCENES)
 def test_a_step_is_off_by_what_is_said(name: str) -> None:
     scene, rng = SCENES[name], np.random.default_rng(5)
@@ -102,6 +103,7 @@ def test_a_step_is_off_by_what_is_said(name: str) -> None:
     assert np.all(np.abs(np.array(ratios) - 1) < 0.25) and np.median(np.abs(np.array(ratios) - 1)) < 0.05
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["wild_pair", "cart_pair", "triple"])
 def test_estimates_at_round_off_are_twice_the_error(name: str) -> None:
     found = run(next(case for case in CASES if case.name == name), "taylor", None)

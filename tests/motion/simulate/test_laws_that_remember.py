@@ -255,6 +255,7 @@ PURE: dict[str, Callable[[], Any]] = {
 }  # fmt: skip
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", PURE)
 def test_a_function_of_time_and_state_is_left_in_peace(kind: str) -> None:
     for method in ("auto", "RK45", "LSODA", "step"):

@@ -33,6 +33,7 @@ def system() -> System:
     return build(RUNTIME)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["propagate", "propagate_stiff", "propagate_batch"])
 @pytest.mark.parametrize(
     ("options", "error", "words"),

@@ -84,6 +84,7 @@ def test_a_named_step_is_looked_up() -> None:
         simulate(renamed, [1.0, 0.0], 1.0, "step_lie4", h=0.01)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("method", ["DOP853", "Radau", "step"])
 def test_conical_pendulum_turns_steadily(method: str) -> None:
     """A spherical pendulum on a cone turns at sqrt(g / (l cos alpha)) and keeps its height."""
@@ -136,6 +137,7 @@ def test_runtime_parameters_reach_the_dynamics() -> None:
     assert abs(run.q[-1, 0] - exact_angle(1.0, 2.0)) < 1e-8
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("method", ["DOP853", "LSODA", "step", "cvodes"])
 def test_events_are_located(method: str) -> None:
     """From rest at 2 rad the pendulum hangs after a quarter period, and is at rest again after half of one."""

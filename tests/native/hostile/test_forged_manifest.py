@@ -114,6 +114,7 @@ def test_further_keys_are_allowed(folder: Path, cache: Cache) -> None:
 FLOWS = ("forward_dynamics", "propagate", "propagate_batch", "forward_dynamics_batch")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("field", ["int order;", "double lost[2];"])
 def test_a_flow_s_struct_that_lies_otherwise_does_not_compile(tmp_path: Path, field: str) -> None:
     scene = Scene("flowing", 1, mass=1.0, length=1.0, want=FLOWS)
@@ -137,6 +138,7 @@ def test_flows_are_called_by_the_symbols_of_their_c(tmp_path: Path) -> None:
         build_files({**files, "manifest.json": json.dumps(manifest)}, cache=Cache(tmp_path / "cache"))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", bundled_scenes())
 def test_what_is_emitted_is_borne_out(name: str) -> None:
     scene = load_scene(bundled_scenes()[name])

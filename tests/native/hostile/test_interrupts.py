@@ -52,6 +52,7 @@ except KeyboardInterrupt:
 """
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("run", RUNS)
 def test_runs_that_would_last_for_years_end(run: str) -> None:
     """In a process that is ended if it does not end itself: without the twins each of these runs for years."""

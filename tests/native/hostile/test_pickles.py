@@ -76,6 +76,7 @@ def test_copies_of_a_system_are_the_system(system: System) -> None:
     assert copy.copy(system) is system and copy.deepcopy({"s": [system]})["s"][0] is system
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("method", ["spawn", "fork"])
 def test_workers_find_the_same(system: System, method: str) -> None:
     with multiprocessing.get_context(method).Pool(2) as pool:

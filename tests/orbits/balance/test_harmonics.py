@@ -95,6 +95,7 @@ def test_the_error_is_the_tail_and_holds() -> None:
     assert np.all(off[large] < branch.error[large]) and off[-1] > 1e-8 and branch.error[-1] < 1e-2
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("cycle", [c for c in CYCLES if c["N"] == 2], ids=lambda c: f"mode{c['mode']}-{c['theta0'][0][:4]}")
 def test_reference_orbits_lie_on_their_families(cycle) -> None:
     theta, mode = np.array(cycle["theta0"], float), cycle["mode"]
@@ -104,6 +105,7 @@ def test_reference_orbits_lie_on_their_families(cycle) -> None:
     assert branch.energy[-1] == pytest.approx(float(cycle["energy"]), rel=1e-11)
 
 
+@pytest.mark.long
 def test_a_cart_swings_along() -> None:
     """The same point of the same family as shooting, the cart's amplitude among the unknowns."""
     system = summed(1, base="cart", mass=0.7, length=0.6, com=None, cart_mass=1.3)
@@ -129,6 +131,7 @@ def test_long_series_are_handed_to_shooting() -> None:
     assert np.max(alone.error) <= 1.01e-12
 
 
+@pytest.mark.long
 def test_a_family_ends_where_its_rest_is_an_equilibrium() -> None:
     """Below the top, where the period grows without bound, and with no event before: beyond it there are no such orbits, whatever the target."""
     branch = trace(summed(1), method="harmonics", until="amplitude=3.5", harmonics=Harmonics(most=15))

@@ -44,6 +44,7 @@ class Impatient:
             raise KeyboardInterrupt
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("links", [1, 2])
 @pytest.mark.parametrize("method", ["harmonics", "shooting"])
 def test_a_run_that_was_broken_off_goes_on_to_the_last_bit(links: int, method: str, tmp_path: Path) -> None:

@@ -69,6 +69,7 @@ def test_held_energy_and_frequency(one: Any) -> None:
     assert slow.points[-1][-1] == pytest.approx(0.5 * start.points[-1][1] ** 2, rel=1e-4)
 
 
+@pytest.mark.long
 def test_two_links_come_back_whatever_the_steps(pair: Any, family: Branch) -> None:
     """There and back again to the same orbit; two step limits a factor ten apart agree."""
     start = family.points[25]
@@ -107,6 +108,7 @@ def ends(rods: Any) -> tuple[Branch, Branch]:
     return tuple(trace(rods, 1, until="theta_1=-1.3", p={"length": [length, 0.5]}) for length in (0.5, 0.505))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", ["fold omega", "energy extremum", "odd loss", "unequal brakes", "cover 3 of mode 2"])
 def test_loci_join_the_events_of_two_families(rods: Any, ends: tuple[Branch, Branch], kind: str) -> None:
     """From the event at one length to the same one at another, which a family traced there has found by itself."""
@@ -150,6 +152,7 @@ def test_what_cannot_be_followed(
     assert words in str(caught.value) and "\n" not in str(caught.value)
 
 
+@pytest.mark.long
 def test_the_command(tmp_path: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "chain.toml").write_text(

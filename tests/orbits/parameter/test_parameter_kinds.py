@@ -89,6 +89,7 @@ def test_a_brake_orbit_beside_a_cover_is_one_from_anywhere_on_it() -> None:
     assert first_points(rods(), RODS_P, opened, settings(None))[1] == ["Newton reached no orbit beside it that its own family has not"]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("kind", "hold"), [("odd", "theta_dot_1"), ("unequal", "energy"), ("half", "theta_1")])
 def test_orbits_of_fewer_symmetries_come_back_over_their_period(kind: str, hold: str) -> None:
     """At the other length the start still comes back, as the flow of that chain says; and turned back it is the same orbit."""
@@ -112,6 +113,7 @@ def test_the_equations_change_with_the_parameter_as_their_differences_say(kind: 
     assert followed.by_parameter(z, values, knob) == pytest.approx((ahead - behind) / 2e-5, rel=1e-6, abs=1e-7)
 
 
+@pytest.mark.long
 def test_spatial_orbits_are_those_of_the_other_chain() -> None:
     """Conical orbits and orbits in a plane against families traced at the other length; the place where the plane is lost, too."""
     p = {"length": [0.51, 0.5]}
@@ -141,6 +143,7 @@ def test_whirling_orbits_come_back_turned() -> None:
     assert np.sort(np.abs(own + 1))[:2] == pytest.approx([0, 0], abs=1e-4)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("parameter", "value"), [("damping[1]", 0.031), ("amplitude", 0.102)])
 def test_folds_of_a_driven_chain(parameter: str, value: float) -> None:
     """Both folds followed in a damper and in the forcing's amplitude are those of the response there."""
@@ -160,6 +163,7 @@ def test_folds_of_a_driven_chain(parameter: str, value: float) -> None:
     assert np.append(end.q, end.v) == pytest.approx(-held.states[-1], abs=1e-11)
 
 
+@pytest.mark.long
 def test_where_multipliers_collide() -> None:
     """The krein locus of three links, where the discriminant bends sharply, ends at the collision that the family there meets by itself."""
     chain = build(Scene("turned_three", 3, mass=1 / 3, length=R, com=1 / 6, want=WANT, variational=["length"]))
@@ -213,6 +217,7 @@ def test_a_run_is_gone_on_with_bit_by_bit(tmp_path: Path) -> None:
         vary(rods(), "length[1]", None, 0.55, resume=swings(), p=RODS_P)
 
 
+@pytest.mark.long
 def test_the_command_draws_goes_on_and_starts_anywhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "rods.toml").write_text(

@@ -64,6 +64,7 @@ def flown(system: System, x: np.ndarray, span: float, p: Any = None) -> np.ndarr
     return solve_ivp(lambda t, y: rhs(system)(t, y, None, p), (0, span), x, "DOP853", rtol=1e-13, atol=1e-13).y[:, -1]
 
 
+@pytest.mark.long
 def test_orbits_stand_still_off_any_plane() -> None:
     """At rest, after T/2 at rest where half a turn about the vertical brings them, by another integrator; and truly in space."""
     found = still()
