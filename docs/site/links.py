@@ -31,7 +31,7 @@ KNOWN: Final = {
 NOT_FETCHED: Final = ("https://json-schema.org/", "https://example.org/")
 """Beginnings of addresses that are names."""
 _LOOKED: Final = ("README.md", "CHANGELOG.md", "CONTRIBUTING.md", "CITATION.cff", "LICENSE", "NOTICE", "pyproject.toml", "Makefile")
-_FOLDERS: Final = ("codegen", "docs", "templates", "stencils", "scenes", "examples", "benchmarks", "generated")
+_FOLDERS: Final = ("codegen", "docs", "templates", "stencils", "scenes", "examples", "benchmarks", "generated/reference")
 _SUFFIXES: Final = (".md", ".py", ".j2", ".toml", ".html", ".js", ".c", ".h", ".txt")
 _ADDRESS: Final = re.compile(r"(?:https?|ftp)://[^\s)\"'>`\\,;}]+|\bwww\.[a-z][^\s)\"'>`\\]+")
 _SECONDS: Final = 20
