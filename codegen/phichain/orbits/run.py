@@ -58,8 +58,9 @@ def demand_same(system: System, earlier: Shown, facts: Iterable[tuple[str, Any, 
 
 def _differing(system: System, earlier: Shown) -> str:
     """What is different about the scene of a family or a response, as far as that says: its name, its coordinates, its runtime parameters, or else what it does not keep."""
-    is_rest = isinstance(earlier, Branch) and earlier.closing == "quarter" and system.q_names
-    coordinates = tuple(earlier.names[:-1]) if is_rest and isinstance(earlier, Branch) else system.q_names
+    coordinates = system.q_names
+    if coordinates and isinstance(earlier, Branch) and earlier.closing == "quarter":
+        coordinates = tuple(earlier.names[:-1])
     pairs = (
         ("name", (getattr(earlier, "scene", "") or system.name,), (system.name,)), ("coordinates", coordinates, system.q_names),
         ("runtime parameters", tuple(sorted(earlier.p)), tuple(sorted(system.params or {}))),
